@@ -38,7 +38,7 @@ struct Radial {
     return (numerator_slope * denominator - numerator * denominator_slope) /
            (denominator * denominator);
   }
-  /// Whether the distorted radius r * factor grows with r here, on this side of any pole.
+  /// Returns true if the distorted radius r * factor grows with r here, on this side of any pole.
   bool grows(double s) const { return denominator > 0 && factor() + 2 * s * factorSlope() > 0; }
 };
 

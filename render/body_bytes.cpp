@@ -30,7 +30,7 @@ void append(std::string& bytes, const std::vector<T>& list) {
   }
 }
 
-/// Of a list that is known to lie there.
+/// Takes a list that is known to lie there.
 template <typename T>
 std::vector<T> take(const std::string& bytes, std::size_t& at, std::uint64_t count) {
   std::vector<T> list(count);

@@ -14,7 +14,7 @@ namespace {
 using calib::kColorTableSide;
 constexpr std::size_t kColorTableSize = 3ul * kColorTableSide * kColorTableSide * kColorTableSide;
 
-/// Where a value lies in the table: behind how many steps, and how far into the next, of 256.
+/// The place of a value in the table: behind how many steps, and how far into the next, of 256.
 struct TablePlace {
   std::uint32_t cell = 0, share = 0;
 };

@@ -30,7 +30,7 @@ constexpr std::size_t kMostNodes = 100'000;  // of a file's tree
 
 std::string inMebibytes(std::uintmax_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
 
-/// Why a file may not be opened, or empty.
+/// Returns why a file may not be opened, or empty.
 std::string fileFault(const fs::path& path, const fs::path& root, std::uintmax_t most_bytes) {
   std::error_code error;
   const fs::path real = fs::weakly_canonical(path, error), real_root = fs::canonical(root, error);

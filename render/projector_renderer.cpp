@@ -119,8 +119,9 @@ struct ProjectorRenderer::Impl {
     by.finish(image);
   }
 
-  /// What shows the same as the last time is not drawn again. A first image is kept only if the
-  /// scene before was shown more than once: one that changes all the time pays for no copy.
+  /// Begins an image; a scene that shows the same as the last time is not drawn again. A first
+  /// image is kept only if the scene before was shown more than once: one that changes all the time
+  /// pays for no copy.
   void begin(const Scene& scene, const Rigid<Projector, World>& T_projector_world) {
     is_same = is_finished &&
               T_last_projector_world.matrix().matrix() == T_projector_world.matrix().matrix() &&
@@ -165,17 +166,17 @@ struct ProjectorRenderer::Impl {
   calib::Lens lens;
   LightComposer composer;
   std::unique_ptr<ImageDrawer> cpu, gl;
-  ImageDrawer* drawer = nullptr;  ///< of the two, that of the last image
-  DrawingChoice choice;           ///< where there are two
+  ImageDrawer* drawer = nullptr;  ///< the drawer of the last image, of the two
+  DrawingChoice choice;           ///< choice, where there are two
   std::string description;
   GlContext* gl_context = nullptr;  ///< while OpenGL draws
-  Scene last_scene;  ///< that was begun
+  Scene last_scene;                 ///< scene that was begun last
   Rigid<Projector, World> T_last_projector_world;
   bool is_finished = false;     ///< the image of the last scene
-  bool is_same = false;         ///< it is to be the image of the scene before
+  bool is_same = false;         ///< true: it is to be the image of the scene before
   bool is_shown_again = false;  ///< the last scene, after its first image
   bool is_repeating = false;    ///< the scene before it was
-  Image kept;  ///< of the last scene, if that is shown again or likely will be
+  Image kept;  ///< image of the last scene, if that is shown again or likely will be
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)

@@ -128,7 +128,7 @@ void requireExposure(const std::vector<ColorSample>& samples) {
   }
 }
 
-/// Each color once: the mean of those shown twice.
+/// Returns each color once: the mean of those shown twice.
 std::map<Rgb, Eigen::Vector3d> eachOnce(const std::vector<ColorSample>& samples) {
   double full = 0;
   for (const ColorSample& sample : samples) full = std::max(full, sample.seen.maxCoeff());

@@ -28,7 +28,7 @@ double seventh(double chroma) {
   return std::sqrt(power / (power + std::pow(25.0, 7)));
 }
 
-/// From one hue to the other the short way; 0 if either is gray.
+/// Returns the way from one hue to the other, the short way; 0 if either is gray.
 double hueStep(double from, double to, bool is_gray) {
   if (is_gray) return 0;
   const double step = to - from;

@@ -83,7 +83,7 @@ cv::Mat loadFirst(const std::vector<ColorFile>& files, const Rgb& color, const s
                            " (NN_rrggbb.png, as `--pictures` wrote what to show)");
 }
 
-/// Where the projector's light falls, without its edge.
+/// Returns the region where the projector's light falls, without its edge.
 cv::Mat litRegion(const cv::Mat& black, const cv::Mat& white, const std::string& folder) {
   cv::Mat brighter;
   cv::transform(linear(white) - linear(black), brighter, cv::Matx13f(1, 1, 1));

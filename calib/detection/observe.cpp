@@ -66,7 +66,7 @@ double middleSide(const std::vector<Corners>& tags) {
   return median(sides, 0);
 }
 
-/// Whether most of the tags lie together as they should: on one plane seen in perspective.
+/// Returns true if most of the tags lie together as they should: on one plane seen in perspective.
 bool areLaidOut(const std::vector<Corners>& layout, const std::vector<Corners>& seen,
                 double tolerance) {
   constexpr double kMost = 0.6;

@@ -30,8 +30,8 @@ DetectedTag convert(const apriltag_detection_t& found) {
   return tag;
 }
 
-/// How much better the code fits the picture as found than turned by half a turn, gray levels summed
-/// over the bits.
+/// Returns how much better the code fits the picture as found than turned by half a turn, gray
+/// levels summed over the bits.
 double uprightness(const apriltag_detection_t& found, const apriltag_family_t& family,
                    const Picture& picture) {
   using Homography = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;

@@ -12,8 +12,8 @@ namespace {
 
 // ------------------------------------------------- a tag's cells after the blur of lens and pixels
 
-/// How white a place of the tag is after blurring, and how that changes along x and y (per cell)
-/// and with the logarithm of the blur.
+/// The whiteness of a place of the tag after blurring, and its slopes along x and y (per cell) and
+/// with the logarithm of the blur.
 struct Whiteness {
   double value = 0, dx = 0, dy = 0, dblur = 0;
 };
@@ -302,7 +302,7 @@ class Fitter {
         .cwiseMin(0.9);
   }
 
-  /// How the homography changes with each corner's coordinates, by differences.
+  /// Returns the slopes of the homography along each corner's coordinates, by differences.
   std::array<Eigen::Matrix3d, 8> homographySlopes(const Parameters& theta,
                                                   const Eigen::Matrix3d& H) const {
     constexpr double kStep = 1e-3;
@@ -320,7 +320,7 @@ class Fitter {
     double cost = 0;  ///< sum of robust squared residuals
     Normal normal = Normal::Zero();
     Parameters gradient = Parameters::Zero();
-    std::vector<double> residuals;  ///< in standard deviations of the pixels
+    std::vector<double> residuals;  ///< residuals in standard deviations of the pixels
 
     void add(double residual, double limit, const Parameters& row) {
       const double size = std::abs(residual);

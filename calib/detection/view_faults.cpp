@@ -28,7 +28,7 @@ std::set<int> idsOf(const std::vector<Tag>& tags) {
   return ids;
 }
 
-/// Each id once, in ascending order.
+/// Returns each id once, in ascending order.
 Tags among(const Tags& seen, const std::set<int>& ids) {
   Tags found;
   for (const DetectedTag& tag : seen) {
@@ -296,7 +296,7 @@ class Judge {
   const Pattern& pattern_;
   std::set<int> board_ids_, pattern_ids_, unknown_;
   bool has_plain_;
-  const Picture& unlit_;  ///< in which the print is read
+  const Picture& unlit_;  ///< picture in which the print is read
   const Tags& read_unlit_;
   ViewFaults result_;
 };

@@ -9,7 +9,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// What OpenCV's sector-based search leaves, px; the solver measures it anew.
+/// The error that OpenCV's sector-based search leaves, px; the solver measures it anew.
 constexpr double kCornerSigma_px = 0.05;
 
 /// Corners by fours: squares of the grid; of an odd last column or row, runs.

@@ -22,7 +22,7 @@ int fromGray(int gray) {
 constexpr float kUnlit = std::numeric_limits<float>::quiet_NaN();
 constexpr float kOutside = std::numeric_limits<float>::infinity();
 
-/// One axis at one pixel. `first`: its first pair of pictures.
+/// Decodes one axis at one pixel. `first`: its first pair of pictures.
 float decodeAxis(const std::vector<Picture>& pictures, std::size_t first, const GrayAxis& axis,
                  std::size_t pixel, int contrast) {
   const int limit = std::max(kLeastDifference, static_cast<int>(kLeastShare * contrast));

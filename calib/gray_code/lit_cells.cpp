@@ -77,7 +77,8 @@ std::vector<LitPixel> pixelsOnBoard(const DecodedLight& light, const Chessboard&
   return pixels;
 }
 
-/// From the camera's pixels to the projector's by the board's plane, lenses left out.
+/// Returns the map from the camera's pixels to the projector's by the board's plane, lenses left
+/// out.
 Eigen::Matrix3d planeOf(const std::vector<LitPixel>& pixels, double tolerance) {
   constexpr std::size_t kEnough = 2000;
   std::vector<cv::Point2d> camera, projector;
@@ -89,7 +90,7 @@ Eigen::Matrix3d planeOf(const std::vector<LitPixel>& pixels, double tolerance) {
   return homographyOf(camera, projector, tolerance);
 }
 
-/// Where the plane puts a pixel within its cell (0 to 1), and how far the code is from that.
+/// The place of a pixel within its cell by the plane (0 to 1), and how far the code is from that.
 struct CellPixel {
   Eigen::Vector2d within, off;
 };
@@ -99,7 +100,7 @@ Eigen::Vector4d weightsAt(const Eigen::Vector2d& within) {
   return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
 }
 
-/// How far the light is from the plane's prediction at a cell's corners, bilinear between them.
+/// The light's distance from the plane's prediction at a cell's corners, bilinear between them.
 struct CellFit {
   Eigen::Matrix<double, 4, 2> off = Eigen::Matrix<double, 4, 2>::Zero();
   Eigen::Matrix4d spread = Eigen::Matrix4d::Zero();  ///< covariance of each column, projector px^2

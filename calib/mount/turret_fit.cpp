@@ -26,14 +26,16 @@ struct JointPrior {
 /// measures better either.
 constexpr JointPrior kFirstJoint{1.5, 12, 2.5, 0.003}, kJoint;
 
-/// Of a pose: what a calibration says of its own T_camera_projector at worst, and about what faulty
-/// rooms do to it (tests/bench/calibration_faults.py), as if it came from so many numbers; the
-/// poses' own agreement, in which encoders and tf have their part, weighs as many as they leave.
+/// The deviation of a pose: what a calibration says of its own T_camera_projector at worst, and
+/// about what faulty rooms do to it (tests/bench/calibration_faults.py), as if it came from so many
+/// numbers; the poses' own agreement, in which encoders and tf have their part, weighs as many as
+/// they leave.
 constexpr double kPose_mm = 0.15, kPose_deg = 0.015, kPriorNumbers = 6;
 
 constexpr std::size_t kFewestPoses = 3;
 constexpr double kLeastSpan_deg = 20;
-/// What is off its one axis is no joint, or another joint moved too. tf has nine digits and more.
+/// A motion that is so far off its one axis is no joint's, or another joint moved too. tf has nine
+/// digits and more.
 constexpr double kOffAxis_deg = 0.5, kOffAxis_m = 0.0005;
 
 /// A pose is left out if the others' chi-square (of 6 numbers less) falls by so many times what
@@ -43,7 +45,7 @@ constexpr double kChanceRatio = 20;
 constexpr std::size_t kFewestToLeaveOut = 4;
 
 constexpr double kLight_m = 1.5, kBeyond_deg = 45;
-/// Of Student's t for some 15 numbers: 95 of 100 lie within.
+/// Student's t for some 15 numbers: 95 of 100 lie within.
 constexpr double kCertain = 2.13;
 constexpr int kJointParameters = 7;  // rotation and translation of the correction; scale
 
@@ -179,7 +181,8 @@ class TurretModel {
     return tf;
   }
 
-  /// In standard deviations: poses, then priors. The projector's place on the link has none.
+  /// Returns residuals in standard deviations: poses, then priors. The projector's place on the
+  /// link has none.
   Eigen::VectorXd residuals(const Eigen::VectorXd& errors) const {
     const Turret turret = at(errors);
     const auto count = static_cast<Eigen::Index>(poses_.size());
@@ -233,7 +236,7 @@ struct TurretSolution {
   Eigen::VectorXd errors;
   Eigen::MatrixXd covariance;
   double chi2 = 0;       ///< poses and priors
-  double agreement = 1;  ///< how large the poses' deviations are beside kPose_mm and kPose_deg
+  double agreement = 1;  ///< size of the poses' deviations beside kPose_mm and kPose_deg
 };
 
 /// Gauss and Newton: the errors are small, so that a few steps do. Poses count as having
@@ -266,8 +269,8 @@ TurretSolution solveTurret(const TurretModel& model, double deviation = 1) {
   return solution;
 }
 
-/// With deviations as the poses have them (Foerstner, "Ein Verfahren zur Schaetzung von Varianz-
-/// und Kovarianzkomponenten", 1979: what is left, by how many numbers are left).
+/// Solves with deviations as the poses have them (Foerstner, "Ein Verfahren zur Schaetzung von
+/// Varianz- und Kovarianzkomponenten", 1979: what is left, by how many numbers are left).
 TurretSolution solveByAgreement(const TurretModel& model) {
   TurretSolution solution = solveTurret(model);
   for (int i = 0; i < 4; ++i) solution = solveTurret(model, solution.agreement);
@@ -306,8 +309,9 @@ JointError jointError(const TurretSolution& solution, int joint) {
   return error;
 }
 
-/// Where light in the middle and the corners of a usual picture goes at these angles: places on a
-/// wall, in the projector's own frame as the first turret has it, so that two turrets compare.
+/// Returns where light in the middle and the corners of a usual picture goes at these angles:
+/// places on a wall, in the projector's own frame as the first turret has it, so that two turrets
+/// compare.
 Eigen::VectorXd lightOf(const Turret& turret, const Turret& as_seen_by,
                         const std::vector<Eigen::Isometry3d>& tf) {
   const Eigen::Isometry3d T =

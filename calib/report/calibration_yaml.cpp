@@ -29,7 +29,7 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-/// In brackets, row-major.
+/// Formats a matrix in brackets, row-major.
 template <typename Matrix>
 std::string flat(const Eigen::MatrixBase<Matrix>& matrix) {
   std::vector<std::string> numbers;
@@ -83,7 +83,7 @@ std::string parameterNames() {
   return fmt::format("[{}]", fmt::join(names, ", "));
 }
 
-/// By distance in meters.
+/// Formats the light's errors by distance in meters.
 std::string lightMap(const Calibration& calibration) {
   std::vector<std::string> parts;
   for (const LightError& error : calibration.light) {

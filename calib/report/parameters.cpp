@@ -44,7 +44,7 @@ class Parameters {
   double deviation(int index) const {
     return std::sqrt(std::max(0.0, estimate_.covariance(index, index)));
   }
-  /// Between -1 and 1; 0 if either is held fixed.
+  /// Returns the correlation, between -1 and 1; 0 if either is held fixed.
   double correlation(int a, int b) const {
     const double product = deviation(a) * deviation(b);
     return product > 0 ? estimate_.covariance(a, b) / product : 0;
@@ -97,7 +97,7 @@ class Parameters {
   const ProjectorEstimate& estimate_;
 };
 
-/// What a projector's buyer asks for.
+/// Returns the facts that a projector's buyer asks for.
 Json lensFacts(const Lens& lens) {
   const double shift = (lens.K(1, 2) - 0.5 * (lens.height - 1)) / lens.height;
   const auto low = unproject(lens, {-0.5, 0.5 * (lens.height - 1)});
@@ -113,7 +113,8 @@ Json lensFacts(const Lens& lens) {
   return data;
 }
 
-/// How principal point and rotation trade off against each other; null if either is held fixed.
+/// Returns how principal point and rotation trade off against each other; null if either is held
+/// fixed.
 Json tradeOff(const Parameters& parameters) {
   const double across = parameters.correlation(2, kRotation + 1);
   const double down = parameters.correlation(3, kRotation);

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// How far from the projector the points are by which two calibrations are compared.
+/// The distance from the projector of the points by which two calibrations are compared.
 constexpr double kDriftDistance_m = 2;
 
 Json orNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }

@@ -11,7 +11,7 @@ namespace {
 constexpr double kDistances_m[] = {1, 2, 3};
 constexpr int kBeamColumns = 16, kBeamRows = 10, kDraws = 400;
 constexpr double kCertain = 0.95;
-/// Of the camera's picture, whose outermost pixels no board reaches.
+/// The margin of the camera's picture, whose outermost pixels no board reaches.
 constexpr double kMargin = 1.0 / 64;
 
 bool sees(const Lens& camera, const Eigen::Vector3d& p_camera) {

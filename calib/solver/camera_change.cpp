@@ -9,7 +9,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// In deviations of camera_infos: a change beyond the first is warned of, beyond the second
+/// Bounds in deviations of camera_infos: a change beyond the first is warned of, beyond the second
 /// refused.
 constexpr double kUnusual = 3, kImpossible = 12;
 

@@ -15,7 +15,7 @@ ViewResult blankResult(const ViewEvidence& view) {
   return result;
 }
 
-/// Without errors.
+/// Returns a corner without errors.
 CornerResidual cornerOf(const Sighting& tag, std::size_t i, bool is_projected) {
   CornerResidual corner;
   corner.tag_id = tag.id;
@@ -33,7 +33,7 @@ void addSeen(const std::vector<Sighting>& tags, bool is_projected, ViewResult& r
   }
 }
 
-/// Whether the tag is an outlier.
+/// Adds the tag's residuals; returns true if it is an outlier.
 bool addResiduals(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag,
                   bool is_projected, ViewResult& result) {
   const TagError error =

@@ -36,7 +36,7 @@ struct Cell {
   bool is_covered;
 };
 
-/// For each cell, whether it has a corner.
+/// Returns for each cell whether it has a corner.
 std::vector<bool> cellsOf(const std::vector<Eigen::Vector2d>& corners, const Pattern& pattern) {
   std::vector<bool> cells;
   for (int count : coverageOf(corners, pattern).corners) cells.push_back(count > 0);

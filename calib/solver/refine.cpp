@@ -268,7 +268,7 @@ class Bundle {
     problem_.AddResidualBlock(cost, new ceres::CauchyLoss(lossScale()), parameters);
     blocks_.push_back({cost, parameters, at, view});
   }
-  /// On the norm of the eight whitened errors of a tag.
+  /// The loss's scale for the norm of the eight whitened errors of a tag.
   double lossScale() const { return settings_.robust_deviations * std::sqrt(8.0); }
 
   template <typename Prior, int kResiduals, int kSize>

@@ -15,7 +15,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// For an image 1280 px wide.
+/// Bounds for an image 1280 px wide.
 constexpr double kLargestError_px = 2, kLargestMisfit_px = 1, kReferenceWidth_px = 1280;
 constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 / kDegrees;
 /// Principal point, in pictures from the picture's middle: the largest lens shift there is.
@@ -27,7 +27,8 @@ constexpr double kNoPrinter = 0.02;
 /// Half axis of a 95 % ellipse in standard deviations: chi-square with two degrees of freedom.
 const double kEllipse95 = std::sqrt(5.991);
 
-/// Where light through a projector pixel meets the view's board, in the camera frame; or empty.
+/// Returns where light through a projector pixel meets the view's board, in the camera frame; or
+/// empty.
 std::optional<Eigen::Vector3d> meetingPoint(const ProjectorEstimate& estimate,
                                             const PosedView& view, const Eigen::Vector2d& pixel) {
   const auto ray = unproject(estimate.projector, pixel);
@@ -55,10 +56,10 @@ constexpr std::size_t kFewestViews = 3;
 constexpr double kSmallestTilt_deg = 10;
 constexpr double kNearest_m = 0.1, kFarthest_m = 15;
 constexpr std::size_t kFewestCorners = 40;
-/// Of the projector's picture, from the first to the last corner. A camera beside a short throw
-/// sees little of the picture's height.
+/// Shares of the projector's picture, from the first to the last corner. A camera beside a short
+/// throw sees little of the picture's height.
 constexpr double kSmallestAcross = 0.4, kSmallestDown = 0.25;
-/// Of the cells of the coverage.
+/// The share of the cells of the coverage.
 constexpr double kSmallestShare = 0.1;
 /// The third of the picture at a side counts as empty with less than this share of the corners.
 constexpr double kEmptyThird = 0.01;

@@ -86,7 +86,7 @@ class Pen {
     cairo_show_text(get(), text.c_str());
   }
 
-  /// One path for each tag: separate cells would leave hairlines between them.
+  /// Draws one path for each tag: separate cells would leave hairlines between them.
   void tag(const Tag& tag, const TagCells& black) {
     const Eigen::Vector2d origin = tag.corners[0] * 1e3;
     const Eigen::Vector2d right = (tag.corners[1] - tag.corners[0]) * 1e3 / kTagCells;
@@ -131,7 +131,7 @@ class Pen {
 /// The middle within the tags and their white rims, in the pen's mm.
 struct Middle {
   double left, right, top, bottom;
-  double font;  ///< of ids
+  double font;  ///< font size of ids
 };
 
 Middle middleOf(const Board& board) {
@@ -229,7 +229,7 @@ cairo_status_t append(void* text, const unsigned char* bytes, unsigned count) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// As gray: the red of what was drawn in grays only.
+/// Returns a gray picture: the red of what was drawn in grays only.
 Picture grayOf(cairo_surface_t* surface) {
   cairo_surface_flush(surface);
   Picture picture;

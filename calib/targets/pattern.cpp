@@ -60,7 +60,7 @@ int cellAt(double share) {
   return std::clamp(static_cast<int>(std::floor(share * kTagCells)), 0, kTagCells - 1);
 }
 
-/// Every pixel whose center lies in the tag takes the color of the cell it lies in.
+/// Draws a tag: a pixel whose center lies in the tag takes the color of the cell it lies in.
 void drawTag(Picture& picture, const std::string& family, const Tag& tag) {
   const TagCells black = tagCells(family, tag.id);
   const Eigen::Vector2d &origin = tag.corners[0], right = tag.corners[1] - origin,

@@ -54,7 +54,8 @@ std::string patternText(const Pattern& pattern) {
 
 /// No sheet is larger (makeBoard), and no number in millimeters on a usable one is smaller.
 constexpr double kLargestSheet_m = 5;
-/// How far a tag may be from square, of its side: room for coordinates that somebody rounded.
+/// The distance of a tag from square, as a share of its side: room for coordinates that somebody
+/// rounded.
 constexpr double kSquareTolerance = 0.02;
 
 std::string readFamily(const YamlSource& source, const std::string& where) {
@@ -78,7 +79,7 @@ struct TagRules {
   double y_down = 1;        ///< -1 where y is up
   Eigen::Vector2d low, high;
   std::string place;  ///< the name of the range from `low` to `high`
-  /// Why a corner's numbers are impossible, or empty.
+  /// Returns why a corner's numbers are impossible, or empty.
   std::function<std::string(const std::vector<double>&)> objection;
 };
 

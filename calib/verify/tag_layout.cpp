@@ -25,7 +25,7 @@ Tag withRim(const Tag& tag) {
   return wide;
 }
 
-/// Whether a line along one of a's edges has all of b on its other side.
+/// Returns true if a line along one of a's edges has all of b on its other side.
 bool isSeparated(const Tag& a, const Tag& b) {
   const Eigen::Vector2d middle = middleOf(a);
   for (std::size_t i = 0; i < 4; ++i) {

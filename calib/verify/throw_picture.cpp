@@ -19,7 +19,8 @@ constexpr int kSamples = 8;          ///< a side and pixel
 constexpr int kPointsAlongEdge = 8;  ///< a lens bends edges
 constexpr double kLeastCellThrown_px = 3, kLeastCellSeen_px = 2.5;
 
-/// From the surface's meters to the tag's cells: (0, 0) top left, (8, 8) bottom right.
+/// Returns the map from the surface's meters to the tag's cells: (0, 0) top left, (8, 8) bottom
+/// right.
 Eigen::Affine2d cellsOf(const Tag& tag) {
   Eigen::Matrix2d axes;
   axes.col(0) = (tag.corners[1] - tag.corners[0]) / kTagCells;
@@ -35,8 +36,8 @@ struct Extent {
   double least_edge = 1e9;
 };
 
-/// What a tag on the surface, with its white rim, covers in a lens's picture. Throws naming it if
-/// that is not all within the picture, or too small.
+/// Returns the part of a lens's picture that a tag on the surface covers, with its white rim.
+/// Throws naming it if that is not all within the picture, or too small.
 Extent requireWithin(const Tag& tag, const Lens& lens, const Eigen::Isometry3d& T_optical_surface,
                      const std::string& whose, double least_cell_px) {
   const std::string name = "target " + std::to_string(tag.id);

@@ -114,7 +114,7 @@ bool AskNode::replay(const replay::AskAnswer& answer, AskResult& result) {
   return is_replayed || server_.isPreemptRequested();
 }
 
-/// To its end. Light and speech need no body: they can be replayed where motion is refused.
+/// Replays to the end. Light and speech need no body: they can be replayed where motion is refused.
 bool AskNode::replayOnce(const std::string& behavior, bool moves) {
   ReplayGoal goal;
   goal.behavior = behavior;
@@ -129,7 +129,8 @@ bool AskNode::replayOnce(const std::string& behavior, bool moves) {
   return false;
 }
 
-/// Whether the last replay never began. One that was stopped on its way does not go on in light.
+/// Returns true if the last replay never began. One that was stopped on its way does not go on in
+/// light.
 bool AskNode::wasRefused() {
   if (server_.isPreemptRequested() ||
       player_.getState() != actionlib::SimpleClientGoalState::ABORTED) {

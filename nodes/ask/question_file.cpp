@@ -19,7 +19,7 @@ std::vector<std::string> textList(const YamlMap& map, const YAML::Node& list,
   return texts;
 }
 
-/// One slot at most, and of the one kind that there is.
+/// Checks that a phrasing has one slot at most, of the one kind that there is.
 void checkPhrasing(const YamlMap& map, const YAML::Node& at, const std::string& phrasing) {
   const std::string slot = replay::kSlot;
   const std::size_t found = phrasing.find(slot);

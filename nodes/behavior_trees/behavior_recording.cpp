@@ -26,7 +26,8 @@ Clock::time_point after(double seconds) {
          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// On a robot without a recorder this is logged once, not with every behavior.
+/// True once the absence is logged: a robot without a recorder logs it once, not with every
+/// behavior.
 std::atomic<bool> absence_is_known{false};
 
 }  // namespace
@@ -37,7 +38,7 @@ struct BehaviorRecording::State {
   std::uint64_t serial = 0;
   std::shared_ptr<RecorderClient> recorder;
   std::shared_ptr<Requests> requests;
-  Clock::time_point deadline;  ///< of waiting for the start
+  Clock::time_point deadline;  ///< deadline of waiting for the start
 
   mutable std::mutex mutex;
   mutable std::condition_variable changed;

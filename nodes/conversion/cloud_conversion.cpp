@@ -18,7 +18,8 @@ namespace {
 
 using sensor_msgs::PointCloud2;
 
-/// Why the declared sizes do not fit the data, or empty. Divides, because products may overflow.
+/// Returns why the declared sizes do not fit the data, or empty. Divides, because products may
+/// overflow.
 std::string sizeFault(const PointCloud2& message) {
   const std::uint64_t rows = message.height, columns = message.width, size = message.data.size();
   if (message.point_step == 0) return "point_step is 0";
@@ -50,7 +51,8 @@ render::Rgba unpack(std::uint32_t bits, bool with_alpha) {
 /// The fields that are read of every point.
 struct CloudFields {
   std::vector<FieldReader> xyz;
-  std::vector<FieldReader> color;  ///< one packed field, three shares, one number, or empty
+  std::vector<FieldReader> color;  ///< fields of the color: a packed one, three shares, one number,
+                                   ///< or empty
   bool with_alpha = false;
 };
 
@@ -112,8 +114,8 @@ class CloudReader {
     return all >= kMany && is_plain_ && is_usual && !has_gaps;
   }
 
-  /// Each processor reads a part to where that would lie if no point were left out; then the gaps
-  /// close.
+  /// Adds in parts: each processor reads a part to where that would lie if no point were left out;
+  /// then the gaps close.
   void addShared(std::size_t all) {
     const int threads = render::Workers::usualCount();
     const auto parts = static_cast<std::size_t>(threads);

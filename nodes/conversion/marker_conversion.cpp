@@ -103,7 +103,7 @@ constexpr float kFlat = 1e-9f;
 
 MaybeShape fault(const char* reason) { return refused<render::Shape>(reason); }
 
-/// Whether a type has points, or points and colors. Of others the lists are not looked at.
+/// The lists that a type uses: points, or points and colors. Of others the lists are not looked at.
 enum class ListUse { None, Points, PointsAndColors };
 
 ListUse listUse(int type) {

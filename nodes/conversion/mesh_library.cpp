@@ -30,7 +30,7 @@ std::shared_future<MaybeMesh> ready(MaybeMesh mesh) {
   return promise.get_future().share();
 }
 
-/// What is known of a file, as the answer to one who named it so.
+/// Returns what is known of a file, as the answer to a request by this name.
 MaybeMesh answer(const std::string& resource, MaybeMesh mesh) {
   if (!mesh.value) mesh.reason = "mesh '" + printable(resource) + "': " + mesh.reason;
   return mesh;

@@ -42,7 +42,7 @@ void addAxes(const Eigen::Isometry3d& pose, float length, float diameter, render
   }
 }
 
-/// From the pose along x, as RViz 1.14's Arrow, without colors.
+/// Adds an arrow from the pose along x, as RViz 1.14's Arrow, without colors.
 void addArrow(const Eigen::Isometry3d& pose, const render::Arrow& arrow, render::Body& body) {
   const double shaft = arrow.length - arrow.head_length, D = arrow.head_diameter;
   addSolid(render::unitCylinder(24), pose * rod(0, 0, shaft, arrow.shaft_diameter), body);

@@ -16,7 +16,7 @@ double stepOf(const sensor_msgs::LaserScan& message, float increment) {
   return message.ranges.size() > 1 ? static_cast<double>(increment) : 0;
 }
 
-/// Why a scan cannot be read, or empty.
+/// Returns why a scan cannot be read, or empty.
 std::string scanFault(const sensor_msgs::LaserScan& message, bool by_intensity) {
   if (message.ranges.size() > kMostCloudPoints) return "too many points";
   if (!std::isfinite(message.angle_min) ||

@@ -12,7 +12,7 @@ constexpr double kMaxLinear = 1.0, kMaxAngular = 4.5;                           
 constexpr double kMaxLinearAcceleration = 0.75, kMaxAngularAcceleration = 3.0;  // per s
 constexpr Nanoseconds kTimeout = 250ms;
 constexpr Nanoseconds kMeasuringPeriod = 200ms, kMeasuringDelay = 100ms;
-/// Of an error, in the next one: exp(-0.2 s / 0.2 s), what follows itself within 0.2 s.
+/// The share of an error in the next one: exp(-0.2 s / 0.2 s), what follows itself within 0.2 s.
 constexpr double kShared = 0.36788;
 constexpr double kTrack = 0.37476, kWheelRadius = 0.0613;
 
@@ -20,7 +20,7 @@ double approach(double from, double to, double most) {
   return from + std::clamp(to - from, -most, most);
 }
 
-/// Of mean 0 and deviation 1: twelve uniform numbers make a good bell, and
+/// Returns a number of mean 0 and deviation 1: twelve uniform numbers make a good bell, and
 /// std::normal_distribution differs between libraries.
 double bell(std::mt19937& random) {
   double sum = 0;

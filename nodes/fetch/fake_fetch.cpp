@@ -149,7 +149,7 @@ void FakeFetch::cancel(const std::string& controller) {
   const_cast<JointController&>(this->controller(controller)).cancel();
 }
 
-/// As its motors do at once, as far as they can within a cycle.
+/// Moves joints as their motors do at once, as far as they can within a cycle.
 void FakeFetch::obey(const JointController& controller, const std::vector<double>& positions,
                      const JointPositions& before) {
   for (std::size_t i = 0; i < positions.size(); ++i) {

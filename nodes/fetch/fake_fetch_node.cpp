@@ -80,7 +80,8 @@ double readNumber(const ros::NodeHandle& node, const std::string& name, double o
   return value;
 }
 
-/// Between looks at a running goal. Wall time: with a paused /clock goals can still be canceled.
+/// Waits between looks at a running goal. Wall time: with a paused /clock goals can still be
+/// canceled.
 void waitABit() { ros::WallDuration(kFeedbackPeriod_s).sleep(); }
 
 }  // namespace

@@ -109,7 +109,7 @@ std::optional<KDL::JntArray> nearestSolution(const KdlChain& chain, const KDL::F
   return best;
 }
 
-/// How far the ray passes the target: 0 on it, 2 pointing the other way.
+/// Returns how far the ray passes the target: 0 on it, 2 pointing the other way.
 Eigen::Vector3d missOf(const Eigen::Isometry3d& T_root_frame, const Eigen::Vector3d& direction,
                        const Eigen::Vector3d& p_root) {
   return (T_root_frame.inverse() * p_root).normalized() - direction.normalized();

@@ -80,7 +80,7 @@ bool GuardNode::stopAll(const std::string& reason) {
   return is_braking;
 }
 
-/// When there is something to do again.
+/// Returns when there is something to do again.
 replay::SteadyTime GuardNode::step() {
   std::vector<std::pair<std::string, GuardAnswer>> begun;
   replay::SteadyTime next = replay::SteadyTime::forever();

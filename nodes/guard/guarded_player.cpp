@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kStopQueue = 10;
 /// Nobody waits longer for a player that is somewhere else, whatever it asks for.
 constexpr std::int64_t kMostPatienceAfar = 1000000000;
-/// After that a player that did not say its farewell is forgotten.
+/// The time after which a player that did not say its farewell is forgotten.
 constexpr std::int64_t kMemory = 60000000000;
 
 }  // namespace

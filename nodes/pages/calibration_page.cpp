@@ -150,7 +150,7 @@ void addHead(const std::string& title, const std::string& before_date, const std
   data["tells_version"] = true;
 }
 
-/// Of texts, or of views with reasons; none of nothing.
+/// Adds a notice of texts, or of views with reasons; empty items add nothing.
 void addNotice(const std::string& heading, const PageData& items, bool is_bad, PageData& notices) {
   std::vector<NoticeItem> list;
   for (const PageData& item : items) {
@@ -162,7 +162,8 @@ void addNotice(const std::string& heading, const PageData& items, bool is_bad, P
   if (!list.empty()) notices.push_back(notice(heading, list, is_bad));
 }
 
-/// With the photographs that were not looked at before the calibration was refused.
+/// Returns the views with the photographs that were not looked at before the calibration was
+/// refused.
 std::vector<ViewResult> withUnseen(std::vector<ViewResult> views,
                                    const std::vector<Photographs>& photographs) {
   for (const Photographs& each : photographs) {

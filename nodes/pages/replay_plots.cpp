@@ -19,7 +19,7 @@ using replay::TopicReport;
 
 constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
 constexpr double kLane = 44, kLabel = 18, kRow = 9, kGap = 2;
-/// Where the base was not measured for so long there is no line: s.
+/// The time without measurement of the base at which the line has a gap: s.
 constexpr double kLineGap = 1;
 constexpr const char* kRecorded = "recorded";
 constexpr double kPlotHeight = 200;
@@ -38,7 +38,7 @@ double endOfPlot(const PlayReport& report) {
   return end;
 }
 
-/// Where a recorded moment would have been played had nothing waited.
+/// Returns where a recorded moment would have been played had nothing waited.
 double unhindered(const PlayReport& report, double recorded_s) {
   return (recorded_s - report.begin_s) / report.rate;
 }

@@ -10,7 +10,7 @@
 namespace afterglow::nodes {
 namespace {
 
-/// In the order they are drawn.
+/// The looks in the order they are drawn.
 constexpr const char* kLooks[] = {"printed", "projected", "outlier"};
 constexpr const char* kMeanings[] = {"printed corner", "projected corner", "outlier"};
 

@@ -21,7 +21,8 @@ std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& tra
   return is_finite ? std::optional(pose) : std::nullopt;
 }
 
-/// When a message came that has been in the queue since: by the wall clock, if that was not set.
+/// Returns when a message came that has been in the queue since: by the wall clock, if that was not
+/// set.
 replay::Stamp receiptOf(const ros::Time& received) {
   const std::int64_t queued_ns = toStamp(ros::Time::now()).ns - toStamp(received).ns;
   return {stampNow().ns - std::clamp<std::int64_t>(queued_ns, 0, kLongestQueued)};

@@ -17,7 +17,7 @@ constexpr double kSilenceLook = 0.02;         // s, for silence
 constexpr double kPublisherPatience = 1.0;  // s, for a node to answer
 constexpr const char* kNoStop = "none";
 
-/// One that is sent on change may be silent for ever.
+/// Returns the bounds of the silence; a stop that is sent on change may be silent for ever.
 replay::SilenceBounds boundsOf(double longest_silence_s) {
   const std::int64_t given_ns = std::llround(longest_silence_s * 1e9);
   return given_ns > 0 ? replay::SilenceBounds{given_ns, given_ns} : replay::SilenceBounds();
@@ -87,7 +87,7 @@ void EmergencyStop::check() {
   throw replay::MotionRefused("nothing is heard of the emergency stop " + named());
 }
 
-/// For the first message, then until its period is known, or it seems to have none.
+/// Waits for the first message, then until its period is known, or it seems to have none.
 void EmergencyStop::waitForNews() {
   waitUntil(deadlineIn(kFirstWord), [this] {
     const std::lock_guard<std::mutex> lock(mutex_);

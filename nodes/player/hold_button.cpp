@@ -43,7 +43,7 @@ HoldButton::HoldButton(const HoldButtonOptions& options, std::function<void(bool
   thread_.begin();
 }
 
-/// What a replay publishes itself holds nothing.
+/// Hears the joystick; the replay's own messages hold nothing.
 void HoldButton::onJoy(const Event& event) {
   if (event.getPublisherName() == ros::this_node::getName()) return;
   const sensor_msgs::Joy& joy = *event.getMessage();
@@ -81,7 +81,7 @@ bool HoldButton::isHeldSteadily() {
   return hold_.isHeldSteadily(replay::sinceBoot());
 }
 
-/// Why nobody could hold it; empty: somebody could.
+/// Returns why nobody could hold it; empty: somebody could.
 std::string HoldButton::whyNot() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!has_button_) return "there is no " + named_;

@@ -45,7 +45,7 @@ bool isMotion(const std::string& topic, const std::string& type) {
                            " plays the rest, --remap publishes it under another name");
 }
 
-/// What a latched topic holds does not count.
+/// Refuses topics that others send on; a latched message does not count.
 void refuseSenders(const std::vector<std::string>& topics,
                    const std::function<bool()>& is_stopped) {
   std::mutex mutex;
@@ -73,8 +73,8 @@ void refuseSenders(const std::vector<std::string>& topics,
   for (const auto& [topic, node] : senders) refuse(topic, node);
 }
 
-/// Who makes a robot of it that lives at topics of this namespace, all if it is empty: "NODE sends
-/// TOPIC"; empty if there is none.
+/// Returns who makes a robot of it that lives at topics of this namespace, all if it is empty:
+/// "NODE sends TOPIC"; empty if there is none.
 std::string liveRobot(const RosGraph& graph, const std::string& name_space, Deadline deadline) {
   for (const auto& [topic, type] : askTopicTypes(deadline)) {
     if (topic.rfind(name_space + "/", 0) != 0) continue;

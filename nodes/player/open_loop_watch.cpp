@@ -32,7 +32,7 @@ bool OpenLoopWatch::publish(const replay::Channel& channel, const replay::Bytes&
   return sink_.publish(channel, replay::velocityMessage(bytes, {}, rosStampNow()));
 }
 
-/// Why the base must not be told this velocity; empty if it may.
+/// Returns why the base must not be told this velocity; empty if it may.
 std::string OpenLoopWatch::whyNot(const replay::Bytes& bytes) {
   const replay::Velocity velocity = replay::velocityOf(bytes);
   const replay::PlanarVelocity wanted{velocity[0], velocity[5], velocity[1]};

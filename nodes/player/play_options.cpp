@@ -38,7 +38,7 @@ std::optional<double> numberOf(const std::string& text) {
   return is_number ? std::optional<double>(value) : std::nullopt;
 }
 
-/// How a value is written, and what is refused.
+/// The form of a value, and what is refused.
 struct ValueKind {
   Kind kind;
   std::string shown;
@@ -110,7 +110,7 @@ ValueKind choice(const std::vector<std::string>& words) {
           ""};
 }
 
-/// What a parser, which throws std::invalid_argument, understands.
+/// Makes a kind of the values that a parser understands, which throws std::invalid_argument.
 template <typename Parse>
 ValueKind understood(Kind kind, const std::string& shown, Parse parse) {
   return {kind, shown,
@@ -429,7 +429,7 @@ std::vector<PlayOption> theRobotsStart() {
   };
 }
 
-/// What a profile says holds where no other option, which are all set later, says more.
+/// Sets what a profile says, which holds where no other option, which are all set later, says more.
 void setRobot(Request& request, const std::string& name_or_file) {
   const replay::RobotProfile robot = findRobotProfile(name_or_file);
   request.body.robot = robot;

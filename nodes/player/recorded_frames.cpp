@@ -18,8 +18,8 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kBefore = 10 * kSecond;  ///< as long as tf2 remembers
-constexpr std::int64_t kKept = 30 * kSecond;    ///< in the buffer
+constexpr std::int64_t kBefore = 10 * kSecond;  ///< the time that tf2 remembers
+constexpr std::int64_t kKept = 30 * kSecond;    ///< the time kept in the buffer
 /// A transform that comes later than that did not help then.
 constexpr std::int64_t kPatience = 2 * kSecond;
 

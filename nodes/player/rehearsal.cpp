@@ -15,13 +15,13 @@ namespace {
 using Start = BodyOptions::Start;
 using IsStopped = std::function<bool()>;
 
-/// Of one replay whose robot is there.
+/// The rehearsal of one replay whose robot is there.
 struct StartRehearsal {
   const replay::Store& store;
   const replay::PlayPlan& plan;
   const BodyOptions& options;
   const replay::MovedParts& parts;
-  ReplayedBase* base;  ///< none: the base is not moved
+  ReplayedBase* base;  ///< nullptr: the base is not moved
   const IsStopped& is_stopped;
   Rehearsal& rehearsal;
 

@@ -18,7 +18,7 @@
 namespace afterglow::nodes {
 namespace {
 
-/// What is only for light and speech.
+/// Refuses what is only for light and speech.
 void refuseForBody(const replay::PlayPlan& plan, const ReplayRequest& request,
                    const std::string& called) {
   const std::vector<std::string> motion = plan.motionTopics();
@@ -38,8 +38,8 @@ std::string calledText(const replay::Behavior& behavior) {
   return "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
 }
 
-/// What ROS makes of a name by the remappings that this process was started with. It makes it of
-/// published names again, so that they have to stay.
+/// Returns ROS's name for a name, by the remappings that this process was started with. It makes it
+/// of published names again, so that they have to stay.
 replay::TopicName rosName(const replay::TopicName& name) {
   const std::string renamed = ros::names::resolve(name.text());
   if (const std::string again = ros::names::resolve(renamed); again != renamed) {
@@ -49,7 +49,7 @@ replay::TopicName rosName(const replay::TopicName& name) {
   return renamed;
 }
 
-/// What the replay listens to for its safety, by the names that ROS has for it.
+/// Returns what the replay listens to for its safety, by the names that ROS has for it.
 std::map<replay::TopicName, std::string> obeyedBy(const ReplayRequest& request) {
   std::map<replay::TopicName, std::string> obeyed;
   const auto add = [&obeyed](const std::string& topic, const char* noun) {
@@ -77,7 +77,8 @@ replay::PlanOptions planOptions(const ReplayRequest& request) {
   return options;
 }
 
-/// Where an arm alone was recorded, --to-start takes the base there by the profile's velocities.
+/// Adds a way of the base where an arm alone was recorded: --to-start takes it there by the
+/// profile's velocities.
 void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   using geometry_msgs::Twist;
   namespace traits = ros::message_traits;
@@ -104,7 +105,8 @@ void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   plan.topics.push_back(std::move(way));
 }
 
-/// From the recorded robot to today's. What was recorded without these names is as it was.
+/// Returns the renaming from the recorded robot to today's. What was recorded without these names
+/// is as it was.
 replay::RobotRenaming renamingOf(const replay::Behavior& behavior, const std::string& asked) {
   const auto recorded = replay::recordedRobot(behavior);
   std::string now = asked.empty() ? rosNamespace() : replay::cleanNamespace(asked);

@@ -27,7 +27,7 @@ std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& 
   return topics;
 }
 
-/// How long the base waited, for what and where, a sentence each.
+/// Tells how long the base waited, for what and where, a sentence each.
 void tellObstacles(const replay::ObstacleReport& obstacles, const std::string& frame,
                    const std::optional<replay::Stamp>& begin, std::vector<std::string>& notes) {
   for (const replay::ObstacleWait& wait : obstacles.waits) {
@@ -47,7 +47,7 @@ void tellObstacles(const replay::ObstacleReport& obstacles, const std::string& f
   }
 }
 
-/// Where the last centimeters were left, a sentence each.
+/// Tells where the last centimeters were left, a sentence each.
 void tellLeftAside(const replay::BaseDriveReport& driven, std::vector<std::string>& notes) {
   constexpr double kTold = 0.001;  // m
   for (const replay::DriveReport& drive : driven.drives) {
@@ -117,7 +117,7 @@ const replay::PlannedTopic* ReplayedBase::chooseTopic() const {
                            ", the base's topic; there are " + played_topics_);
 }
 
-/// Of all that are played: as long as it is not known which are the base's, all may be.
+/// Reads the velocities of all played topics: until the base's topics are known, every one counts.
 void ReplayedBase::readVelocities() {
   for (const replay::PlannedTopic* topic : velocityTopics(plan_)) {
     if (topic_ && topic != topic_) continue;
@@ -141,7 +141,7 @@ void ReplayedBase::readTrack() {
   if (track_) why_not_ = missingThen();
 }
 
-/// Of the poses of the part that is played.
+/// Returns what is missing of the poses of the part that is played.
 std::string ReplayedBase::missingThen() const {
   if (!track_->isLocalized() && !options_.is_odometry_enough) {
     return "it was recorded without localization (" + options_.frames.map + " -> " +

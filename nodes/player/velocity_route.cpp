@@ -16,7 +16,7 @@ std::string typeOf(const Types& types, const std::string& topic) {
   return found == types.end() ? "" : found->second;
 }
 
-/// What a node has of these topics, but for one.
+/// Returns a node's velocities among these topics, but for one.
 std::vector<std::string> velocitiesOf(const std::string& node, const NodesByTopic& topics,
                                       const Types& types, const std::string& but) {
   std::vector<std::string> names;

@@ -11,12 +11,13 @@
 namespace afterglow::nodes {
 namespace {
 
-/// For subscribers that the master names: a dead one never connects.
+/// The time for subscribers that the master names: a dead one never connects.
 constexpr double kConnectedWithin = 2.0;  // s
 constexpr double kAgain = 0.1;            // s, until outputs are sent again
 /// Beats that are answered until a network is known.
 constexpr std::uint32_t kBeatsNeeded = 20;
-/// Without an answer it is gone: half a second of beats beside the player, a second afar.
+/// The beats without an answer after which a guard is gone: half a second beside the player, a
+/// second afar.
 constexpr std::uint32_t kMostBesideUnanswered = 25, kMostAfarUnanswered = 50;
 
 std::uint64_t drawNumber() {
@@ -47,7 +48,7 @@ void Watchdog::tellOutputs(const std::vector<replay::MotionWatch::Output>& outpu
   }
 }
 
-/// What stops a gripper changes with every beat.
+/// Sends outputs again: the stop of a gripper changes with every beat.
 void Watchdog::sendOutputsIfDue() {
   if (resend_at_ && std::chrono::steady_clock::now() < *resend_at_) return;
   way_->send(outputs_);
@@ -101,7 +102,8 @@ bool Watchdog::isMeasured() {
   return answer_.count > 0 && (isBeside() || first_answered_ + kBeatsNeeded <= answer_.count);
 }
 
-/// By all that hear the outputs, this node too: it listens for other drivers.
+/// Returns true if all that hear the outputs are connected, this node too: it listens for other
+/// drivers.
 bool Watchdog::isHeard() const {
   if (answer_.heard_by.size() != outputs_.outputs.size()) return false;
   for (std::size_t i = 0; i < outputs_.outputs.size(); ++i) {

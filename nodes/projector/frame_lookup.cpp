@@ -72,7 +72,7 @@ std::string FrameLookup::notPlaced(const std::string& frame, ros::Time stamp,
                      : by + "before it came, older than what tf has (10 s at most): " + way_out;
 }
 
-/// Both ways up from the frames; a static link has no age.
+/// Looks both ways up from the frames; a static link has no age.
 std::string FrameLookup::oldestLink(const std::string& frame) const {
   constexpr int kMostLinks = 100;
   std::int64_t oldest_ns = now_ns_;

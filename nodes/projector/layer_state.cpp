@@ -107,7 +107,8 @@ bool unfoldSweep(Content& content, FrameLookup& frames) {
   return true;
 }
 
-/// Without the seconds that a stale transform counts: equal faults are to be one reason.
+/// Returns a reason without the seconds that a stale transform counts: equal faults are to be one
+/// reason.
 std::string countable(const std::string& reason) { return reason.substr(0, reason.find(": '")); }
 
 Content cloudContent(render::PointCloud cloud, const LayerConfig& config) {

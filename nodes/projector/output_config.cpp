@@ -24,7 +24,7 @@ const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
 constexpr double kGreatestLatency = 500;  // ms; beyond it extrapolation is a guess
 constexpr double kLeastGamma = 1, kGreatestGamma = 4;
 
-/// One number for all channels, or three.
+/// Reads one number for all channels, or three.
 std::array<double, 3> readGamma(const YamlMap& map) {
   const YAML::Node node = map.at("gamma");
   if (!node.IsSequence()) {

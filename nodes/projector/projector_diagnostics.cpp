@@ -33,7 +33,7 @@ std::string otherType(const LayerStatus& layer) {
                      fmt::join(layer.source->publishers, ", "), layer.source->type, layer.type);
 }
 
-/// Why a layer has nothing to show.
+/// Returns why a layer has nothing to show.
 std::string emptyReason(const ProjectorState& state, const LayerStatus& layer) {
   if (layer.source && layer.source->publishers.empty()) return "nobody publishes it";
   const auto silent = state.silent_s.find(layer.topic);
@@ -115,7 +115,7 @@ std::string reasonWords(const std::vector<std::string>& reasons) {
   return words;
 }
 
-/// What of a layer's darkness is known, and whether it is worth a warning.
+/// Judges what of a layer's darkness is known, and whether it is worth a warning.
 void judgeLayer(const ProjectorState& state, const LayerStatus& layer, DiagnosticStatus& status) {
   const auto light = lightOf(state, layer.topic);
   const std::string type = otherType(layer);

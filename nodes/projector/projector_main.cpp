@@ -22,7 +22,7 @@ using afterglow::render::Window;
 struct Screen {
   ProjectorOutput& output;
   std::optional<Window> window;
-  std::string problem;  ///< of the window, as the output has been told
+  std::string problem;  ///< problem of the window, as the output has been told
 };
 
 bool goesOn(const ProjectorNode& node) {

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::uint32_t kCloudQueue = 10, kMarkerQueue = 100;  // RViz's
 
-/// Where the next message replaces the last one, only the newest is worth the wait.
+/// Returns the length of a queue: where the next message replaces the last one, only the newest is
+/// worth the wait.
 std::uint32_t queueOf(const LayerConfig& layer) {
   if (layer.type == LayerType::Marker || layer.type == LayerType::MarkerArray) return kMarkerQueue;
   return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;

@@ -29,14 +29,14 @@ LayerState makeLayer(const LayerConfig& config) {
   return {config.topic, config.alpha, limits};
 }
 
-/// Whether two poses differ by more than tf's noise.
+/// Returns true if two poses differ by more than tf's noise.
 bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() > 1e-3 ||
          Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
 }
 
-/// Whether two poses are farther apart than a robot carries a projector within kVelocityBaseNs: the
-/// projector was put elsewhere then, and its velocity cannot be told.
+/// Returns true if two poses are farther apart than a robot carries a projector within
+/// kVelocityBaseNs: the projector was put elsewhere then, and its velocity cannot be told.
 bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() > 1;
 }

@@ -58,7 +58,8 @@ void RecordedScene::feedEarlierTransforms() {
   feedBetween(kTransforms, behavior_.begin.ns - replay::kTransformsBefore_ns);
 }
 
-/// In the first clouds of the recording whose transforms are known, as if before it began.
+/// Finds surfaces in the first clouds of the recording whose transforms are known, as if before it
+/// began.
 void RecordedScene::findSurfaces() {
   const std::vector<SurfaceConfig>& surfaces = scene_.config().surfaces;
   SurfaceFinder finder(surfaces, transforms_);
@@ -135,7 +136,7 @@ void RecordedScene::feed(const replay::Message& message) {
   feedLayer(layers_.at(source.topic), message, source);
 }
 
-/// What waits is placed while tf2 remembers its time, however far ahead the next image is.
+/// Shows content that waits while tf2 remembers its time, however far ahead the next image is.
 void RecordedScene::showWaiting(replay::Stamp now) {
   if (now.ns < show_waiting_at_ns_ || !scene_.isWaiting()) return;
   scene_.update(toTime(now));

@@ -54,7 +54,7 @@ std::optional<geometry_msgs::TransformStamped> newestOf(
   return buffer.lookupTransform(parent, child, ros::Time(0));
 }
 
-/// Whether the frame has jumped from where it was: farther and faster than robots move.
+/// Returns true if the frame has jumped from where it was: farther and faster than robots move.
 bool hasJumped(const geometry_msgs::TransformStamped& from,
                const geometry_msgs::TransformStamped& to) {
   const double distance =

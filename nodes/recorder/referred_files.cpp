@@ -49,7 +49,7 @@ class OpenFile {
   ~OpenFile() { close(); }
 
   std::uintmax_t size() const { return size_; }
-  /// Of what is open, whatever its name leads to by now.
+  /// Returns the path of the open file, whatever its name leads to by now.
   fs::path realPath() const {
     return fs::read_symlink("/proc/self/fd/" + std::to_string(file_));
   }

@@ -33,7 +33,7 @@ class WavFile {
       (std::filesystem::temp_directory_path(no_folder_) / "afterglow_speech_XXXXXX.wav").string();
 };
 
-/// By a program that takes the WAV file to write, and what to say, as these two take them.
+/// Speaks by a program that takes the WAV file to write, and what to say, as these two take them.
 Sound sayBy(std::vector<std::string> command, const std::string& text) {
   const WavFile file;
   for (const std::string& word : {std::string("-w"), file.path(), std::string("--"), text}) {

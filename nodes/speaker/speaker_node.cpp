@@ -35,7 +35,7 @@ SoundTime now() {
           std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
 }
 
-/// Of a message of any publisher's definition.
+/// Reads the request of a message of any publisher's definition.
 std::optional<SoundRequest> requestOf(const ros::MessageEvent<const RawMessage>& event) {
   const ros::M_string& header = event.getConnectionHeader();
   const auto value = [&](const char* key) {
@@ -150,7 +150,7 @@ void SpeakerNode::onAhead(const AnyMessage& event) {
   }
 }
 
-/// One a time: a request that comes meanwhile does not wait for all of them.
+/// Prepares one sentence: a request that comes meanwhile does not wait for all of them.
 void SpeakerNode::prepareOne() {
   if (ahead_.empty()) return;
   const SoundRequest request = ahead_.front();

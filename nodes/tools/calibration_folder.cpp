@@ -33,7 +33,8 @@ void keepIn(const fs::path& folder, const calib::Photographs& photographs) {
 
 const char* const kSumsFile = "photographs.txt";
 
-/// Of its gray levels, whatever file they came from: Fowler, Noll and Vo's, 64 bits, in hex.
+/// Returns a sum of the picture's gray levels, whatever file they came from: Fowler, Noll and Vo's,
+/// 64 bits, in hex.
 std::string sumOf(const calib::Picture& picture) {
   std::uint64_t sum = 14695981039346656037u;
   for (const std::uint8_t gray : picture.pixels) sum = (sum ^ gray) * 1099511628211u;

@@ -45,7 +45,7 @@ void requireOneOf(const YamlMap& map, const std::string& a, const std::string& b
   }
 }
 
-/// As tf prints it, or as rows.
+/// Reads a transform as tf prints it, or as rows.
 Eigen::Isometry3d readTransform(const YamlMap& map, const std::string& numbers,
                                 const std::string& rows) {
   requireOneOf(map, numbers, rows);

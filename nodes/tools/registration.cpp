@@ -43,7 +43,8 @@ bool tellMaster(const char* method, const std::vector<std::string>& arguments,
   return ros::master::execute(method, listOf(all), answer, payload, false);
 }
 
-/// What the master answers to a subscriber, it tells of later changes by a call: we call ourselves.
+/// Takes the publishers that the master answered to a subscriber; later changes it tells by a call:
+/// we call ourselves.
 void takePublishers(const std::string& topic, const XmlRpcValue& publishers) {
   std::string host;
   std::uint32_t port = 0;

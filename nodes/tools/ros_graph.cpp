@@ -100,13 +100,13 @@ void addLinksOf(const std::string& node, Deadline deadline, Links& links) {
   }
 }
 
-/// One node may take half of what is left, so that a hung one does not hide the others.
+/// Gives one node half of what is left, so that a hung one does not hide the others.
 Deadline halfWay(Deadline deadline) {
   const auto now = std::chrono::steady_clock::now();
   return now + (deadline - now) / 2;
 }
 
-/// What is still missing, by node.
+/// The missing ones, by node.
 using Missing = std::map<std::string, std::set<std::string>>;
 
 Missing announced(const std::vector<std::string>& topics, Deadline deadline) {

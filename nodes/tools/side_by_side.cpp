@@ -46,7 +46,7 @@ std::vector<FilmSpan> merged(std::vector<FilmSpan> spans, const FilmSpan& whole)
 /// A cut as ffmpeg reads it.
 struct Cut {
   double then_s, now_s, length_s;
-  double still_s = 0;  ///< that then stands still at its first image
+  double still_s = 0;  ///< time that it then stands still at its first image
 };
 
 std::vector<Cut> cutsOf(const SideBySide& films) {
@@ -79,7 +79,7 @@ std::string quoted(const std::string& text) {
   return "'" + safe + "'";
 }
 
-/// One of the two pictures: what of an input's picture, under which label.
+/// Returns the filter of one of the two pictures: what of an input's picture, under which label.
 std::string panel(const SideBySide& films, const std::string& from, const std::string& label,
                   const std::string& color) {
   const int height = static_cast<int>((films.height - films.strip) * kPictureScale) / 2 * 2;

@@ -87,7 +87,7 @@ void runColor(const CalibrateColorOptions& options) {
   }
 }
 
-/// What CLI11's needs and excludes cannot say.
+/// Checks what CLI11's needs and excludes cannot say.
 void checkUsage(const CalibrateColorOptions& options) {
   if (options.pictures.empty() == options.images.empty()) {
     throw CLI::ValidationError("color", "give --pictures, and then, of what was photographed, "

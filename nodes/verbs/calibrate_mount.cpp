@@ -47,7 +47,7 @@ struct CalibrateMountOptions {
 constexpr double kPatience_s = 5;
 constexpr char kWantsLink[] = "name the link: with --link, or by --from-tf or --turret";
 
-/// Of a turret whose poses do not tell yet how it errs: what its errors may make of a mean.
+/// Limits for a turret whose poses do not tell yet how it errs: what its errors may make of a mean.
 constexpr calib::MountLimits kUncorrected{60, 10};
 
 /// A frame that T_camera_projector.yaml names; empty if it does not.
@@ -68,7 +68,7 @@ std::string cameraFrame(const CalibrateMountOptions& options) {
   return camera;
 }
 
-/// Where the camera, and how the turret, if there is one, stands now.
+/// Notes where the camera, and how the turret, if there is one, stands now.
 void placeOnRobot(const CalibrateMountOptions& options, MountRecord& record) {
   if (!options.turret.empty()) {
     record.links = options.turret;
@@ -103,7 +103,7 @@ std::vector<MountRecord> gatherPoses(const CalibrateMountOptions& options) {
   return loadMountRecords(options.add_to);
 }
 
-/// Whether this machine's tf2_ros has the program that the launch file would start.
+/// Returns true if this machine's tf2_ros has the program that the launch file would start.
 bool hasStaticTransformPublisher() {
   std::string folders = "/usr:/opt/ros/noetic";
   if (const char* value = std::getenv("CMAKE_PREFIX_PATH")) folders += ":" + std::string(value);
@@ -301,7 +301,7 @@ void runMount(const CalibrateMountOptions& options) {
   runTurret(records, frames, links, options);
 }
 
-/// What CLI11's needs and excludes cannot say: exactly one way to know where the camera is.
+/// Checks what CLI11's needs and excludes cannot say: exactly one way to know where the camera is.
 void checkUsage(const CalibrateMountOptions& options) {
   const bool has_list = !options.poses.empty(), has_tf = !options.camera_tf.empty();
   const int ways = (has_list ? 1 : 0) + (has_tf ? 1 : 0) + (options.from_tf.empty() ? 0 : 1) +

@@ -39,7 +39,7 @@ struct CalibrateSolveOptions {
   bool json = false;
 };
 
-/// One line on stderr, if that is a terminal.
+/// Prints a line on stderr, if that is a terminal.
 calib::CalibrationProgress terminalProgress() {
   if (isatty(STDERR_FILENO) != 1) return {};
   return [](const std::string& doing, double share) {
@@ -152,7 +152,7 @@ struct SolveInput {
   calib::Pattern pattern;
   calib::Lens camera;
   std::vector<calib::Photographs> photographs;
-  std::vector<calib::View> views;  ///< of Gray codes; empty for tags
+  std::vector<calib::View> views;  ///< views of Gray codes; empty for tags
 };
 
 SolveInput tagInput(const CalibrateSolveOptions& options, calib::CalibrationNames& names) {
@@ -201,7 +201,7 @@ calib::SolveOptions solverOptions(const CalibrateSolveOptions& options,
   return solve;
 }
 
-/// Without a camera_info there is none to warn of, or to compare with.
+/// Forgets the camera_info: without a file there is nothing to warn of, or to compare with.
 void forgetCameraFile(calib::Calibration& calibration) {
   std::vector<std::string>& warnings = calibration.warnings;
   for (const std::string& about_file :

@@ -28,7 +28,7 @@ struct DoctorOptions {
   bool json = false;
 };
 
-/// In the order in which they are told; each is told as soon as it is known.
+/// Tells the checks in their order; each is told as soon as it is known.
 class Doctor {
  public:
   explicit Doctor(bool is_json) : is_json_(is_json) {}
@@ -62,7 +62,7 @@ class Doctor {
   std::vector<Checkup> findings_;
 };
 
-/// Without ROS, while this process has one thread.
+/// Checks the machine without ROS, while this process has one thread.
 void checkMachine(const DoctorOptions& options, Doctor& doctor) {
   doctor.tell(checkGpu());
   std::vector<WantedMonitor> wanted;

@@ -62,7 +62,7 @@ void requireYes(const EditOptions& options, const std::string& question) {
   if (answer != "y" && answer != "yes") throw std::runtime_error("nothing was changed");
 }
 
-/// For writing. A wrong path is no reason to make a store.
+/// Opens a store for writing. A wrong path is no reason to make a store.
 std::unique_ptr<replay::Store> openForEdit(const std::string& uri) {
   const std::string name = replay::storeUri(uri);
   if (!replay::isServerUri(name) && !std::filesystem::exists(replay::storePath(uri))) {

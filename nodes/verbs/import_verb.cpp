@@ -57,7 +57,7 @@ class NewStoreGuard {
  private:
   fs::path path_;
   bool is_armed_ = false;
-  std::vector<fs::path> folders_;  ///< that were not there, innermost first
+  std::vector<fs::path> folders_;  ///< folders that were not there, innermost first
 };
 
 std::uint64_t countTopics(const std::vector<replay::TopicSummary>& summaries) {

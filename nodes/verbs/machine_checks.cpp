@@ -30,7 +30,7 @@ constexpr double kTimeServerPatience = 1;                                       
 constexpr std::uint64_t kMinSpace = std::uint64_t{1} << 30;  // as of recorder_node's ~min_space
 constexpr double kOffsetMs = 20;  // from there on light and words of two machines are apart
 
-/// By a process of its own; what it throws is for `failed`.
+/// Checks by a process of its own; what it throws is for `failed`.
 Checkup inProcess(double seconds, const std::function<Checkup()>& check,
                   const std::function<Checkup(const std::string& why)>& failed) {
   try {

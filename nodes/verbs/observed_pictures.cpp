@@ -45,7 +45,8 @@ Look placeIn(const RoomView& room, const ObserverOptions& options) {
                                        options.room, options.place, fmt::join(names, ", ")));
 }
 
-/// Where the projector was and where the middle of its image pointed, on the floor or before it.
+/// Returns a view from where the projector was to where the middle of its image pointed, on the
+/// floor or before it.
 RoomView roomOfRecording(const replay::Store& store, const replay::Behavior& behavior,
                          const ProjectorConfig& config, const calib::Lens& lens) {
   const auto ray = calib::unproject(lens, {(lens.width - 1) / 2.0, (lens.height - 1) / 2.0});
@@ -69,7 +70,8 @@ RoomView roomOfRecording(const replay::Store& store, const replay::Behavior& beh
   return roomAround(config.fixed_frame, places, ahead);
 }
 
-/// As it is described, or with no floor and walls of its own if only the eye's place is given.
+/// Returns the room as it is described, or with no floor and walls of its own if only the eye's
+/// place is given.
 RoomView givenRoom(const ProjectorConfig& config, const ObserverOptions& options) {
   RoomView room;
   room.fixed_frame = config.fixed_frame;

@@ -90,7 +90,7 @@ void addTable(CLI::App& verb, PlayCommand& command) {
   }
 }
 
-/// Before anything that is missing on the command line is missed.
+/// Shows the classes before anything that is missing on the command line is missed.
 [[noreturn]] void showClasses(const CLI::App& verb) {
   const replay::RobotTopics robot =
       verb.count("--robot") > 0

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLeapSeconds = 5, kRateStep = 1.1;
 
-/// What a terminal sends for an arrow, before its letter (ECMA-48's cursor keys).
+/// The bytes that a terminal sends for an arrow, before its letter (ECMA-48's cursor keys).
 constexpr std::string_view kArrow = "\x1b[";
 
 std::string arrowName(char letter) {

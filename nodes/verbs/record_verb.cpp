@@ -37,7 +37,7 @@ struct RecordOptions {
   RecordingOptions asked;
   std::string store, outcome;
   std::vector<std::string> words;    ///< topics
-  std::vector<std::string> command;  ///< what stands behind "--"
+  std::vector<std::string> command;  ///< words behind "--"
   double duration_s = 0;             ///< 0: no end
 };
 
@@ -94,12 +94,12 @@ class RecorderWords {
                        values_["messages_per_s"], since("dropped"),
                        trouble.empty() ? "" : "; " + trouble);
   }
-  /// How many messages it has stored on a topic that the behavior's request named.
+  /// Returns how many messages it has stored on a topic that the behavior's request named.
   std::uint64_t storedOn(std::int64_t behavior, const std::string& topic) {
     const std::lock_guard<std::mutex> lock(mutex_);
     return numberOf(values_["behavior " + std::to_string(behavior) + " " + topic]);
   }
-  /// It ended what it recorded by itself: its disk is full, its store fails.
+  /// Returns true if it ended what it recorded by itself: its disk is full, its store fails.
   bool isCutShort() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return has_run_ && values_["behaviors"] == "0";
@@ -273,7 +273,7 @@ void tellEnd(const StopRecording::Response& ended, const std::string& store) {
             << (store.empty() ? "" : " --store " + store) << "\n";
 }
 
-/// By the recorder of that name.
+/// Records by the recorder of that name.
 void recordBehavior(const RecordOptions& options, const std::string& node) {
   RecorderWords words(node);
   RecordCalls calls(node);
@@ -302,7 +302,7 @@ void recordBehavior(const RecordOptions& options, const std::string& node) {
   if (!failure.empty()) throw std::runtime_error(failure);
 }
 
-/// Without a recorder that runs: by one in this process.
+/// Records by a recorder in this process, without one that runs.
 void recordAlone(const RecordOptions& options) {
   RecorderNodeOptions own;
   own.store = options.store;

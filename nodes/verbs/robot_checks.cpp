@@ -12,7 +12,7 @@ namespace {
 
 using replay::RobotProfile;
 
-/// As people say it: all but a few of many.
+/// Names all but a few of many, as people say it.
 std::string someOf(const std::vector<std::string>& names) { return replay::someOf(names, 5); }
 
 const HeardTopic* heardOn(const RunningRobot& running, const std::string& topic) {
@@ -20,7 +20,7 @@ const HeardTopic* heardOn(const RunningRobot& running, const std::string& topic)
   return found == running.heard.end() || found->second.count == 0 ? nullptr : &found->second;
 }
 
-/// Why nothing came: nobody publishes it, or who does is silent.
+/// Returns why nothing came: nobody publishes it, or who does is silent.
 std::string silence(const RunningRobot& running, const std::string& topic) {
   const auto publishers = running.graph.otherPublishers(topic);
   if (publishers.empty()) return "nobody publishes " + topic;

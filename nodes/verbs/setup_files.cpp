@@ -13,7 +13,8 @@ using replay::RobotProfile;
 
 constexpr const char* kFloor = "floor";
 
-/// As YAML and XML take it: names of the ROS graph need no quotes, others are of nobody's.
+/// Returns true for a name that YAML and XML take: names of the ROS graph need no quotes, others
+/// are of nobody's.
 bool isName(const std::string& text) {
   return !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUV"
                                                  "WXYZ0123456789_/.-") == text.npos;
@@ -44,7 +45,7 @@ FixedFrame fixedFrame(const RobotProfile& robot, const RunningRobot& running) {
 
 struct Layer {
   std::string topic, type;
-  std::string absence;  ///< why it is commented out; empty: it is not
+  std::string absence;  ///< the reason why it is commented out; empty: it is not
 };
 
 std::vector<Layer> layersOf(const RunningRobot& running, const FixedFrame& fixed) {
@@ -70,7 +71,7 @@ std::vector<Layer> layersOf(const RunningRobot& running, const FixedFrame& fixed
   return layers;
 }
 
-/// What it looks like, as assets/projector.yaml has it.
+/// Returns its looks, as assets/projector.yaml has them.
 std::string looks(const std::string& type) {
   const std::string on_floor = fmt::format("\n    placement: drape\n    surface: {}", kFloor);
   if (type == "sensor_msgs/PointCloud2") return "\n    style: boxes\n    size: 0.005";
@@ -97,7 +98,7 @@ std::string layerText(const Layer& layer) {
   return fmt::format("  # {}:\n{}\n", layer.absence, commentedOut(text));
 }
 
-/// What stands above each file, as lines.
+/// Returns the head of each file, as lines.
 std::vector<std::string> headOf(const RobotProfile& robot, const RunningRobot& running) {
   const std::string name = robot.name.empty() ? "a robot without a profile" : oneLine(robot.name);
   std::vector<std::string> lines = {"Written by `afterglow init` for " + name +

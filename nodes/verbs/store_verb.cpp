@@ -35,7 +35,7 @@ std::string sqliteFile(const StoreOptions& options) {
   return replay::storePath(uri);
 }
 
-/// For writing. A wrong path is no reason to make a store.
+/// Opens a store for writing. A wrong path is no reason to make a store.
 std::unique_ptr<replay::Store> openExisting(const std::string& path) {
   if (!std::filesystem::exists(path)) {
     throw replay::StoreError("sqlite:" + path + ": no such store");

@@ -11,7 +11,8 @@
 namespace afterglow::nodes {
 namespace {
 
-/// Where it is stricter, or the table knows how such motion is stopped.
+/// The word for a class by the profile: where it is stricter, or the table knows how such motion is
+/// stopped.
 constexpr const char* kOfProfile = "the robot's profile says so, where it may";
 
 /// Empty for what moves nothing.

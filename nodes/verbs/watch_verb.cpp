@@ -93,7 +93,7 @@ class Watch {
   ros::NodeHandle nh_;
   WatchView view_;
   ros::Subscriber diagnostics_;
-  std::map<std::string, ros::Subscriber> players_;  ///< by topic
+  std::map<std::string, ros::Subscriber> players_;  ///< players by topic
   std::chrono::steady_clock::time_point asked_at_;
   bool is_master_there_ = true;
 };

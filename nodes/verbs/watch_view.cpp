@@ -25,7 +25,7 @@ double numberOf(const Values& values, const std::string& key) {
   return std::strtod(valueOf(values, key).c_str(), nullptr);
 }
 
-/// What a recorder's message leaves out.
+/// Returns the figures that a recorder's message leaves out.
 std::string recorderFigures(const Values& values) {
   std::string text = fmt::format(", {} messages/s, {:.2f} MB/s, queue {} %",
                                  valueOf(values, "messages_per_s"),
@@ -38,7 +38,8 @@ std::string recorderFigures(const Values& values) {
   return text + ", into " + valueOf(values, "store");
 }
 
-/// What a projector's or a layer's message leaves out; `per_second`: messages, unknown below 0.
+/// Returns the figures that a projector's or a layer's message leaves out; `per_second`: messages,
+/// unknown below 0.
 std::string projectorFigures(const Values& values, double per_second) {
   if (values.count("drawn_hz") > 0) {
     return ", " + valueOf(values, "drawn_hz") + " of " + valueOf(values, "wanted_hz") + " Hz";

@@ -25,10 +25,10 @@ double lightOf(const Color& color, float gain) {
   return static_cast<double>(std::max({color.r, color.g, color.b}) * gain * color.a);
 }
 
-/// How much of single pixels small things light together.
+/// The light of single pixels by small things together.
 class PixelLight {
  public:
-  /// Whether the pixel at this place is lit, now that this light has come to it.
+  /// Returns true if the pixel at this place is lit, now that this light has come to it.
   bool add(const Eigen::Vector2d& pixel, double light) {
     if (light >= kLeastLight) return true;
     double& sum = sums_[{std::floor(pixel.x()), std::floor(pixel.y())}];
@@ -54,7 +54,7 @@ Eigen::Vector2d onImage(const LightVertex& v) {
          static_cast<double>(v.z);
 }
 
-/// By the even-odd rule.
+/// Returns true if the point lies within by the even-odd rule.
 bool isWithin(const SeenOutline& outline, const Eigen::Vector2d& p) {
   bool is_within = false;
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -83,8 +83,8 @@ bool isWithin(const std::array<Eigen::Vector2d, 3>& triangle, const Eigen::Vecto
   return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
 }
 
-/// Whether some of a triangle lies where light may fall, as its corners and its middle tell, and an
-/// outline's corners that lie in it.
+/// Returns true if some of a triangle lies where light may fall, as its corners and its middle
+/// tell, and an outline's corners that lie in it.
 bool isOpen(const ComposedMask* mask, const std::array<Eigen::Vector2d, 3>& triangle) {
   if (mask == nullptr) return true;
   const Eigen::Vector2d middle = (triangle[0] + triangle[1] + triangle[2]) / 3;
@@ -126,11 +126,11 @@ std::vector<LayerCensus> LightCensus::count(const Scene& scene,
 
 struct LightCensus::Things {
   const PointList& points;
-  const ByteColorList* bytes;  ///< of a cloud's points
-  const ColorList* colors;     ///< of a list's
+  const ByteColorList* bytes;  ///< colors of a cloud's points
+  const ColorList* colors;     ///< colors of a list
   double size;                 ///< meters
-  bool is_pixels;              ///< each is as large as so many pixels
-  bool is_too_many;            ///< to be drawn all, if they are large
+  bool is_pixels;              ///< true: each is as large as so many pixels
+  bool is_too_many;            ///< true: too many to be drawn all, if they are large
 
   Color color(std::size_t i, const Color& otherwise) const {
     if (bytes != nullptr && i < bytes->size()) return asShares((*bytes)[i]);
@@ -206,7 +206,7 @@ LightCensus::Fate LightCensus::fateOfPiece(const Piece& piece, const ComposedMas
   return is_black ? &LayerCensus::black : is_flat ? &LayerCensus::flat : &LayerCensus::clipped;
 }
 
-/// By its points' centers.
+/// Judges things by their points' centers.
 LightCensus::Fate LightCensus::fateOfThings(const Things& things, const Drawable& drawable,
                                             const ComposedLayer& layer,
                                             const ComposedImage& image) {

@@ -37,7 +37,7 @@ glm::vec3 meanAround(const Image& image, const Eigen::Vector2d& pixel, int half)
   return count > 0 ? sum / static_cast<float>(count) : sum;
 }
 
-/// What is lit in small parts only is seen, too.
+/// Lifts the mean, so that light in small parts is seen, too.
 glm::vec3 lifted(const glm::vec3& mean) {
   const float most = std::max({mean.r, mean.g, mean.b});
   return most > 0 ? mean / std::sqrt(most) : mean;

@@ -198,8 +198,8 @@ struct ObserverRenderer::Impl {
                light ? seen_program : seen_dark_program, no_vertices);
   }
 
-  /// Over the picture: a breath of what is gone, once where several parts lie behind each other,
-  /// and its outline.
+  /// Draws over the picture: a breath of what is gone, once where several parts lie behind each
+  /// other, and its outline.
   void drawGhosts() {
     targets->picture.beginMore();
     glEnable(GL_DEPTH_TEST);

@@ -18,7 +18,7 @@ constexpr double kLampReach = 3.6;               // meters around what is looked
 constexpr double kLampDepth = 12;                // meters, before and behind
 constexpr double kLookHeight = 0.5;              // over the floor
 
-/// Where the middle of the view meets the room, roughly.
+/// Returns where the middle of the view meets the room, roughly.
 glm::dvec3 lookedAt(const ObserverView& view) {
   const glm::dvec3 p_eye = toGlm(Eigen::Vector3d(view.T_world_observer.matrix().translation()));
   const glm::dvec3 ahead =

@@ -18,7 +18,7 @@ const char* sourceOf(const std::string& file) {
 /// heed the file number of #line (Mesa 22.3 does not).
 struct Joined {
   std::string text = "#version 450 core\n";
-  std::vector<std::size_t> first_lines;  ///< where each file begins, counted from 1
+  std::vector<std::size_t> first_lines;  ///< lines where the files begin, counted from 1
 
   explicit Joined(const std::vector<std::string>& files) {
     for (const std::string& file : files) {

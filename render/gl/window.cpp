@@ -80,7 +80,7 @@ struct Window::Impl {
 
   bool is_plain = true;
   std::string monitor;            ///< wanted; once shown, its connector
-  std::optional<Monitor> screen;  ///< where it is shown
+  std::optional<Monitor> screen;  ///< monitor where it is shown
   std::string problem;
   Clock::time_point placed_at;
   unsigned seen_events = 0;

@@ -15,7 +15,7 @@ float evenOdd(float sum) {
 /// Triangles of a fan that is one polygon if it is flat. Fewer join the segments of lines, which
 /// overlap in a corner's pixels: pair by pair the sum of their shares is nearer to the truth.
 constexpr std::uint32_t kLeastDisc = 7;
-/// Each band goes over all edges of a polygon.
+/// The largest disc that is a polygon, all of whose edges each band goes over.
 constexpr std::uint32_t kLargestDisc = 192;
 
 /// Writes each pixel's alpha, too, where the next pixel comes: four bytes at once.
@@ -181,8 +181,8 @@ bool ImagePainter::isDisc(const PaintList& list, const Face& fan) {
   return PolygonBrush::isFlat(fan_);
 }
 
-/// How many triangles have the first's first corner and its color, each next to the one before it
-/// and turning the same way.
+/// Returns how many triangles have the first's first corner and its color, each next to the one
+/// before it and turning the same way.
 std::uint32_t ImagePainter::fanLength(const PaintList& list, const std::uint32_t* first,
                                       const std::uint32_t* end) const {
   const std::vector<ScreenVertex>& vertices = list.vertices;

@@ -24,7 +24,7 @@ Eigen::AlignedBox2f boundsOf(const Body& letters) {
   return box;
 }
 
-/// Where the letters' plane is in the world: x, y and its origin.
+/// Returns the letters' plane in the world: x, y and its origin.
 Eigen::Matrix<double, 4, 3> planeInWorld(const Drawable& drawable, const Eye& eye) {
   const Eigen::Vector3d p_world = drawable.pose.matrix().translation();
   Eigen::Matrix<double, 4, 3> T = Eigen::Matrix<double, 4, 3>::Zero();

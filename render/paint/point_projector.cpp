@@ -27,9 +27,9 @@ struct Row {
         b(static_cast<float>(row[3])) {}
 };
 
-/// One worker's part of a cloud, and its results.
+/// A worker's part of a cloud, and its results.
 struct Part {
-  std::size_t begin = 0, end = 0;  ///< of the cloud's points
+  std::size_t begin = 0, end = 0;  ///< range of the cloud's points
   std::size_t count = 0;           ///< written from `begin` on
   double depth_sum = 0;
   std::uint32_t first_color = 0;

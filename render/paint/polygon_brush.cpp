@@ -38,13 +38,13 @@ class Plane {
   }
   /// Beyond its corners, too.
   float at(const Corner& corner) const { return origin_ + by_x_ * corner.x + by_y_ * corner.y; }
-  /// At the pixel's center.
+  /// Returns the depth at the pixel's center.
   float at(int column, int row) const {
     const float value = origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
                         by_y_ * (static_cast<float>(row) + 0.5f);
     return std::clamp(value, least_, greatest_);
   }
-  /// How far it may change from a pixel's center to its corner.
+  /// Returns how far it may change from a pixel's center to its corner.
   float slack() const {
     return std::min(0.75f * (std::abs(by_x_) + std::abs(by_y_)), greatest_ - least_);
   }
@@ -61,7 +61,7 @@ class Plane {
 /// Floats around 1, where depths are, differ by no less.
 constexpr float kLeastSlack = 2e-7f;
 
-/// Of a row; fewer are painted before vectors would have begun.
+/// The columns of a row; fewer are painted before vectors would have begun.
 constexpr int kFewColumns = 12;
 
 /// Through corners far apart.

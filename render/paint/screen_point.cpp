@@ -9,7 +9,7 @@ namespace {
 constexpr int kDigitBits = 11;
 constexpr std::uint32_t kDigits = 1u << kDigitBits;
 
-/// One pass of a radix sort: stable, by eleven bits of (order - least).
+/// Sorts in one pass of a radix sort: stable, by eleven bits of (order - least).
 void sortByDigit(const ScreenPoint* from, std::size_t count, std::uint32_t least, int shift,
                  ScreenPoint* to) {
   std::array<std::uint32_t, kDigits> place{};

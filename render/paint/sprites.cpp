@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kBallCorners = 16;  // the largest's outline is a sixth of a pixel off at most
 
-/// On a circle of radius 1, widened so that the polygon has its area.
+/// Returns corners on a circle of radius 1, widened so that the polygon has its area.
 const std::array<Eigen::Vector2f, kBallCorners>& ballCorners() {
   static const std::array<Eigen::Vector2f, kBallCorners> corners = [] {
     std::array<Eigen::Vector2f, kBallCorners> all;
@@ -84,7 +84,7 @@ const BoxOutline& outlineOfBox(std::size_t region) {
   return outlines[region];
 }
 
-/// One worker's part.
+/// A worker's part.
 struct Part {
   std::size_t begin = 0, end = 0;
   std::size_t count = 0;
@@ -169,7 +169,7 @@ class PartProjector {
     return true;
   }
 
-  /// As LightVertex::depth; its slack is what half a sprite's size makes.
+  /// Sets the depth as LightVertex::depth; its slack is what half a sprite's size makes.
   void setDepth(const Vector3f& p, const Eigen::Vector4f& q, Sprite& sprite) const {
     const float size = shape_.half.maxCoeff();
     if (placement_.flattened) {

@@ -8,7 +8,7 @@
 namespace afterglow::render {
 namespace {
 
-/// For each point the first one at its place.
+/// Returns for each point the first point at its place.
 std::vector<std::uint32_t> placesOf(const PointList& points) {
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);

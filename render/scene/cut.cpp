@@ -6,8 +6,8 @@
 namespace afterglow::render {
 namespace {
 
-/// With smaller weights, content that a viewer sees almost along the surface would lie a thousand
-/// times too far.
+/// The least weight; with smaller ones, content that a viewer sees almost along the surface would
+/// lie a thousand times too far.
 constexpr double kMinWeight = 1e-3;
 constexpr int kMaxSplits = 24;  // halvings; 12 of an edge as long as the image leave < 1 px
 

@@ -76,10 +76,10 @@ void LensDomain::measureBend(const calib::Lens& lens) {
   }
 }
 
-/// What a fisheye shows reaches far out before the lens and bends less and less there: a bound by
-/// radius would ask for a hundred times the splits. Measured instead, at three places that are
-/// evenly spaced as the lens sees them; an edge whose bend turns between would pass through the
-/// center, and be straight.
+/// Returns true if a fisheye shows the edge straight. Content of a fisheye reaches far out before
+/// the lens and bends less and less there: a bound by radius would ask for a hundred times the
+/// splits. Measured instead, at three places that are evenly spaced as the lens sees them; an edge
+/// whose bend turns between would pass through the center, and be straight.
 bool LensDomain::isStraightInFisheye(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   constexpr double kMaxShift = 1;  // px along the edge: there only depths between vertices suffer
   const auto pixel = [this](const Eigen::Vector2d& n) -> Eigen::Vector2d {

@@ -57,7 +57,8 @@ void ShadedMeshBuilder::findFaces(const Mesh& mesh) {
   }
 }
 
-/// That of the faces around the point that bend little against this one, by their areas.
+/// Returns the normal of the faces around the point that bend little against this one, by their
+/// areas.
 Eigen::Vector3d ShadedMeshBuilder::cornerNormal(std::uint32_t point, std::uint32_t face) const {
   const Eigen::Vector3d own = face_normals_[face].normalized();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

@@ -76,7 +76,7 @@ class Edges {
     return luma_.data() + static_cast<std::size_t>(v) * width_;
   }
 
-  /// Between pixels' centers; beyond the border as on it.
+  /// Returns the color between pixels' centers; beyond the border as on it.
   Rgb at(float x, float y) const {
     x = std::clamp(x, 0.0f, static_cast<float>(image_.width - 1));
     y = std::clamp(y, 0.0f, static_cast<float>(image_.height - 1));

@@ -153,8 +153,9 @@ const Solid& unitCone(int sides) {
   return cones[indexOf(sides)];
 }
 
-/// Its outline is the circle where lines of sight touch it. Between that and the nearest point one
-/// more ring makes depths right to a thirtieth of the radius.
+/// Returns the sides of a sphere, whose outline is the circle where lines of sight touch it.
+/// Between that and the nearest point one more ring makes depths right to a thirtieth of the
+/// radius.
 int sidesUpTo(int sides) {
   return *std::prev(std::upper_bound(kSides.begin() + 1, kSides.end(), sides));
 }

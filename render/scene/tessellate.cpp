@@ -8,7 +8,7 @@
 namespace afterglow::render {
 namespace {
 
-constexpr int kUsualSides = 32;        ///< of round things that are not for a lens
+constexpr int kUsualSides = 32;        ///< sides of round things that are not for a lens
 constexpr double kOutlineError = 0.1;  ///< px; half of it outwards, half inwards
 const ColorList kNone;
 
@@ -238,7 +238,7 @@ class Tessellator {
     out_.mesh.colors.push_back(color);
   }
 
-  /// How many sides a round shape of diameter 1 needs where it is.
+  /// Returns how many sides a round shape of diameter 1 needs where it is.
   int sides(const Eigen::Affine3d& shape) const {
     if (!(eye_.focal_px > 0)) return std::min(kUsualSides, most_sides_);
     const Eigen::Affine3d M = pose_ * shape;
@@ -311,7 +311,7 @@ class Tessellator {
     return box.contains(eye.cast<float>());
   }
 
-  /// Whether a counterclockwise triangle is seen from there.
+  /// Returns true if a counterclockwise triangle is seen from there.
   template <typename Points>
   bool faces(const Points& points, const std::array<std::uint32_t, 3>& t,
              const Eigen::Vector3d& eye) const {
@@ -386,7 +386,7 @@ class Tessellator {
   const Eye& eye_;
   Tessellation& out_;
   Solid seen_;
-  int most_sides_ = kMostSides;  ///< of round things
+  int most_sides_ = kMostSides;  ///< sides of round things, at most
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ double cross(const Point& a, const Point& b, const Point& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// In a counterclockwise triangle, its rim included.
+/// Returns true within a counterclockwise triangle, its rim included.
 bool inTriangle(const Point& p, const Point& a, const Point& b, const Point& c) {
   return cross(a, b, p) >= 0 && cross(b, c, p) >= 0 && cross(c, a, p) >= 0;
 }

@@ -118,7 +118,7 @@ void fill(const std::vector<Outline>& outlines, bool bodies_counterclockwise, Gl
 
 struct FontFile {
   std::string path;
-  int index = 0;  ///< in a collection
+  int index = 0;  ///< index in a collection
 };
 
 using Pattern = std::unique_ptr<FcPattern, decltype(&FcPatternDestroy)>;
@@ -156,7 +156,7 @@ std::string findFont() {
   throw std::runtime_error("no font for text: install fonts-dejavu-core");
 }
 
-/// One font's glyphs by their numbers, and how HarfBuzz shapes with them. Font units.
+/// A font's glyphs by their numbers, and how HarfBuzz shapes with them. Font units.
 class Font {
  public:
   Font(FT_Library library, const FontFile& file) {
@@ -326,9 +326,10 @@ struct Typeface::Impl {
   }
 
   Fonts fonts;
-  double capital = 1;  ///< of the own font, its units
+  double capital = 1;  ///< height of the own font's capitals, its units
 
-  /// What is shaped of a line: tabs as spaces, controls replaced, and what no font has.
+  /// Returns the part of a line that is shaped: tabs as spaces, controls replaced, and what no font
+  /// has.
   std::u32string shown(const std::u32string& line, std::vector<Font*>& found,
                        std::u32string& missing) {
     std::u32string out;
@@ -429,7 +430,7 @@ struct Typeface::Impl {
   struct Line {
     std::size_t first_point;
     double length;
-    bool is_right;  ///< it reads from the right
+    bool is_right;  ///< true: it reads from the right
   };
 
   /// A line from x = 0 on its baseline.

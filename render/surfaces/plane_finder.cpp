@@ -150,7 +150,7 @@ Polygon simplified(const Polygon& polygon) {
   return result;
 }
 
-/// Of the plane's part, in the plane's frame; empty if it has none.
+/// Returns the outline of the plane's part, in the plane's frame; empty if it has none.
 Polygon outlineOf(const std::vector<Eigen::Vector3d>& part,
                   const Eigen::Isometry3d& T_plane_points) {
   Cloud::Ptr flat(new Cloud);

@@ -150,7 +150,8 @@ AskAnswer Asking::askAnew(const SpokenWords& words, const Asked& asked) {
   return askBack(std::move(candidates), asked.now);
 }
 
-/// Those that a match may mean: one for a behavior by name, the newest of each name for any.
+/// Returns the behaviors that a match may mean: one for a behavior by name, the newest of each name
+/// for any.
 std::vector<Behavior> Asking::behaviorsOf(const PhraseMatch& match, const Asked& asked) const {
   const std::string& name = book_.questions[match.question].behavior;
   const bool is_any = name == kAnyBehavior;
@@ -200,7 +201,7 @@ bool Asking::isAtTime(const Behavior& behavior, const Asked& asked) const {
   return true;
 }
 
-/// Whether all that the person named occurs in the behavior.
+/// Returns true if all that the person named occurs in the behavior.
 bool Asking::names(const Behavior& behavior, const SpokenWords& slot,
                    const SentencesOf& said) const {
   if (slot.empty()) return true;
@@ -260,7 +261,7 @@ AskAnswer Asking::unknown(const std::string& sentence) const {
   return answer;
 }
 
-/// What it can be asked: a phrasing of each question.
+/// Returns what can be asked: a phrasing of each question.
 std::string Asking::known() const {
   std::vector<std::string> phrasings;
   for (const Question& question : book_.questions) {

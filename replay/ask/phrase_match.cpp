@@ -93,7 +93,7 @@ class Comparison {
     return heard_.size();
   }
 
-  /// With all telling words that are left over, which must stand together.
+  /// Fills the slot with all telling words that are left over, which must stand together.
   bool fillSlot() {
     std::size_t begin = heard_.size(), end = 0;
     for (std::size_t i = 0; i < heard_.size(); ++i) {

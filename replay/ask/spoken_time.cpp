@@ -89,7 +89,7 @@ class TimeReader {
  private:
   std::string word(std::size_t at) const { return at < words_.size() ? words_[at] : ""; }
 
-  /// How many words from there say a time, which is noted; 0: none.
+  /// Returns how many words from there say a time, which is noted; 0: none.
   std::size_t lengthAt(std::size_t at) {
     if (const std::size_t length = relation(at)) return length;
     if (const std::size_t length = partOfDay(at)) return length;
@@ -97,7 +97,7 @@ class TimeReader {
     return place(at);
   }
 
-  /// "before that", "after this"
+  /// Reads "before that", "after this".
   std::size_t relation(std::size_t at) {
     const bool is_before = word(at) == "before", is_after = word(at) == "after";
     const std::string next = word(at + 1);
@@ -108,7 +108,7 @@ class TimeReader {
     return points ? 2 : 1;
   }
 
-  /// "this morning", "yesterday evening", "at noon", "last night", "today", "yesterday"
+  /// Reads "this morning", "yesterday evening", "at noon", "last night", "today", "yesterday".
   std::size_t partOfDay(std::size_t at) {
     const std::string first = word(at);
     const bool is_day = first == "today" || first == "yesterday";
@@ -133,7 +133,7 @@ class TimeReader {
     return !word.empty() && std::isdigit(static_cast<unsigned char>(word[0])) != 0;
   }
 
-  /// What replay/query/time_text.hpp understands: "10 minutes ago", "9:30", "last tuesday".
+  /// Reads what replay/query/time_text.hpp understands: "10 minutes ago", "9:30", "last tuesday".
   std::size_t clockTime(std::size_t at) {
     if (word(at) == "half" && word(at + 2) == "hour" && word(at + 3) == "ago") {
       around(Stamp{now_.ns - kHour_ns / 2});

@@ -80,7 +80,7 @@ std::uint64_t countSelected(const Store& store, const std::vector<Behavior>& beh
   return count;
 }
 
-/// One export: the files written so far, the last of them open.
+/// An export: the files written so far, the last of them open.
 class Exporter {
  public:
   Exporter(const Store& store, const std::vector<Behavior>& behaviors, const std::string& path,

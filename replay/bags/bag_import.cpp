@@ -68,7 +68,7 @@ class Importer {
 
   struct Part {
     std::unique_ptr<RecordedFile> file;
-    std::string name;  ///< of a behavior that is made of it
+    std::string name;  ///< name of a behavior that is made of it
   };
 
   static std::string nameOf(const std::string& path) {
@@ -138,13 +138,13 @@ class Importer {
 
   Store& store_;
   const BagImport& import_;
-  std::vector<Part> parts_;  ///< by their first stamps
+  std::vector<Part> parts_;  ///< parts by their first stamps
   std::string source_;
   std::uint64_t total_ = 0;
   std::int64_t recording_ = 0;
   std::uint64_t sequence_ = 0;
-  Stamp first_, last_;  ///< of all messages
-  std::map<std::uint32_t, KnownChannel> channels_;  ///< by the current file's id of the channel
+  Stamp first_, last_;                              ///< stamps of all messages
+  std::map<std::uint32_t, KnownChannel> channels_;  ///< channels by the current file's id
   std::set<std::string> topics_;
   Snapshot snapshot_;
   bool is_whole_ = true;

@@ -304,7 +304,8 @@ const BagChunk& BagReader::chunk(std::uint64_t position) {
   return *unpacked_.back().chunk;
 }
 
-/// Who believed the index would put the message elsewhere in the order of all.
+/// Refuses another time than the index has: a reader that believed the index would put the message
+/// elsewhere in the order of all.
 void BagReader::requireSameTime(const Entry& entry, const BagChunk::Message& message) const {
   if (!message.time || message.received() == entry.received) return;
   fail("the index has another time for the message at byte " + std::to_string(entry.offset) +

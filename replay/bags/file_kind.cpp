@@ -39,7 +39,7 @@ bool beginsWith(std::string_view text, std::string_view with) {
   return text.compare(0, with.size(), with) == 0;
 }
 
-/// Without byte order mark and blanks, in small letters.
+/// Returns the beginning without byte order mark and blanks, in small letters.
 std::string asMarkup(std::string_view beginning) {
   if (beginsWith(beginning, "\xef\xbb\xbf")) beginning.remove_prefix(3);
   const std::size_t first = beginning.find_first_not_of(" \t\r\n");

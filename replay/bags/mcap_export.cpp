@@ -13,7 +13,7 @@ std::string toJson(const std::vector<std::string>& texts) {
   return nlohmann::json(texts).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-/// What Afterglow knows of a behavior beside its messages.
+/// Returns what Afterglow knows of a behavior beside its messages.
 std::map<std::string, std::string> describe(const Behavior& behavior) {
   std::map<std::string, std::string> entries{
       {"id", std::to_string(behavior.id)},
@@ -73,8 +73,9 @@ class McapExport : public ExportFile {
   }
 
   McapWriter writer_;
-  std::map<std::pair<std::string, std::string>, std::uint16_t> schemas_;  ///< by type, definition
-  std::map<std::int64_t, std::uint16_t> channels_;  ///< by the store's channel
+  /// Ids by type, definition.
+  std::map<std::pair<std::string, std::string>, std::uint16_t> schemas_;
+  std::map<std::int64_t, std::uint16_t> channels_;  ///< ids by the store's channel
 };
 
 }  // namespace

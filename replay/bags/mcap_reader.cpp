@@ -109,7 +109,7 @@ void McapReader::readFooter(std::uint64_t footer_at) {
   readSummary(summary_at, footer_at);
 }
 
-/// Whether the record that ends the data has a checksum of it.
+/// Returns true if the record that ends the data has a checksum of it.
 bool McapReader::expectDataChecksum(std::uint64_t data_end) {
   if (data_end < kMcapMagic.size() + kDataEndRecord) return false;
   const Record end = record(data_end - kDataEndRecord);
@@ -138,7 +138,7 @@ void McapReader::readSummary(std::uint64_t begin, std::uint64_t end) {
   }
 }
 
-/// Without statistics the first message, or the first chunk, tells.
+/// Finds the begin: without statistics the first message, or the first chunk, tells.
 void McapReader::findBegin() {
   for (std::uint64_t at = at_; at < data_end_;) {
     const Record found = record(at);
@@ -204,7 +204,7 @@ Bytes McapReader::content(const Record& record) {
   return bytes;
 }
 
-/// As content() of a record that nobody needs.
+/// Does what content() does, for a record that nobody needs.
 void McapReader::pass(const Record& record) {
   if (!has_data_checksum_) return;
   for (std::uint64_t at = record.at; at < record.end();) {

@@ -14,7 +14,7 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::size_t kChunkBytes = 1 << 20;  ///< of records, unless one message is larger
+constexpr std::size_t kChunkBytes = 1 << 20;  ///< size of records, unless one message is larger
 
 /// A record: its fields, then its length in front of them.
 class RecordBytes {

@@ -65,7 +65,7 @@ bool Ros2Database::hasColumn(const std::string& table, const std::string& column
   return found.bind(1, std::string_view(table)).bind(2, std::string_view(column)).step();
 }
 
-/// By type.
+/// Returns the definitions by type.
 std::map<std::string, Ros2Database::Definition> Ros2Database::readDefinitions() {
   std::map<std::string, Definition> definitions;
   if (!hasColumn("message_definitions", "encoded_message_definition")) return definitions;

@@ -173,7 +173,8 @@ class RosbagFile : public ExportFile {
   std::unique_ptr<rosbag::Bag> bag_;
   bool is_closed_ = false;
   std::uint64_t unstamped_ = 0;
-  std::map<std::int64_t, boost::shared_ptr<ros::M_string>> headers_;  ///< by the store's channel
+  /// Headers by the store's channel.
+  std::map<std::int64_t, boost::shared_ptr<ros::M_string>> headers_;
 };
 
 }  // namespace

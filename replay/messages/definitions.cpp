@@ -29,10 +29,10 @@ std::string strip(const std::string& text) {
 /// The parts of a .msg file that MD5 and contained types need.
 struct Declarations {
   struct Field {
-    std::string type;  ///< as written, with brackets
+    std::string type;  ///< type as written, with brackets
     std::string name;
   };
-  std::string constants;  ///< as the MD5 text has them
+  std::string constants;  ///< constants as the MD5 text has them
   std::vector<Field> fields;
 };
 
@@ -160,7 +160,8 @@ std::vector<std::string> split(const std::string& text, const char* marks) {
   return parts;
 }
 
-/// Where a catkin devel space keeps the sources' definitions: set(x_MSG_INCLUDE_DIRS "A;B").
+/// Returns the folders where a catkin devel space keeps the sources' definitions:
+/// set(x_MSG_INCLUDE_DIRS "A;B").
 std::vector<std::string> namedFolders(const fs::path& package_folder, const std::string& package) {
   const auto text = fileText(package_folder / "cmake" / (package + "-msg-paths.cmake"));
   const std::string mark = "set(" + package + "_MSG_INCLUDE_DIRS \"";

@@ -150,7 +150,7 @@ struct FieldFinder::Node {
     FieldPath::Step::Index index = FieldPath::Step::Index::None;
     std::size_t at = 0;
     std::vector<std::size_t> paths;  ///< indices of the paths that end here
-    std::unique_ptr<Node> below;     ///< of the paths that continue
+    std::unique_ptr<Node> below;     ///< node of the paths that continue
 
     bool names(std::size_t element) const {
       return index != FieldPath::Step::Index::One || at == element;
@@ -220,7 +220,7 @@ void follow(const Schema& schema, const FieldPath& path, OnStep&& on_step) {
   }
 }
 
-/// One walk over one message along a tree of paths. Node is FieldFinder's private type.
+/// A walk over one message along a tree of paths. Node is FieldFinder's private type.
 template <typename Node>
 class Walk {
  public:

@@ -294,7 +294,7 @@ class SchemaParser {
     checkExtent(line, extents_[index]);
   }
 
-  /// Of the tree of fields that a type describes.
+  /// The extent of the tree of fields that a type describes.
   struct Extent {
     std::size_t fields = 0, empty_fields = 0, path_letters = 0;
 

@@ -11,7 +11,7 @@ bool isOfNames(char letter) {
          (letter >= '0' && letter <= '9') || letter == '_' || letter == '/';
 }
 
-/// One slash for several, none at the end.
+/// Returns the name with one slash for several, none at the end.
 std::string clean(std::string_view text) {
   std::string name;
   for (const char letter : text) {
@@ -21,7 +21,7 @@ std::string clean(std::string_view text) {
   return name;
 }
 
-/// Why ROS has no topic of that name, cleaned or not, one clause; empty: it may have.
+/// Returns why ROS has no topic of that name, cleaned or not, one clause; empty: it may have.
 std::string whyNone(std::string_view text) {
   if (text.empty() || text.front() != '/') return "it begins with no slash";
   const auto wrong = std::find_if_not(text.begin(), text.end(), isOfNames);

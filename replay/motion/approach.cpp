@@ -20,15 +20,15 @@ using Pose = std::vector<double>;
 
 constexpr std::int64_t kLookNs = 40'000'000;
 constexpr double kStillKnown = 1;  // s after the base's last pose
-/// Of the free way: farther off again by so much, the recorded way has passed the joints.
+/// The share of the free way: farther off again by so much, the recorded way has passed the joints.
 constexpr double kPassed = 0.1;
 /// Poses that lie so near to the line between others are not bends; of the free way: 0.01 rad.
 constexpr double kOnLine = 0.05;
 /// The greatest acceleration of a way from rest to rest, times the squared time over the way.
 constexpr double kCubicAcceleration = 6;
-/// Between poses that are asked for, of the free way: 0.05 rad.
+/// The step between poses that are asked for, as a share of the free way: 0.05 rad.
 constexpr double kCheckStep = 0.25;
-/// At the rests on a way; many of them must not shake the arm.
+/// The acceleration at the rests on a way; many of them must not shake the arm.
 constexpr double kAcceleration = 1;  // rad/s^2
 constexpr double kShortestGoal = 1;  // s
 
@@ -39,7 +39,7 @@ Pose mixed(const Pose& from, const Pose& to, double share) {
   return pose;
 }
 
-/// Where on the line the pose is nearest, by the joint that goes farthest on it.
+/// Returns where on the line the pose is nearest, by the joint that goes farthest on it.
 double shareOf(const Pose& from, const Pose& to, const Pose& pose) {
   double farthest = 0, share = 0;
   for (std::size_t i = 0; i < pose.size(); ++i) {
@@ -71,7 +71,7 @@ void markBends(const std::vector<Pose>& poses, const Distance& distance, std::si
   markBends(poses, distance, bend, last, is_bend);
 }
 
-/// To be there, standing, after so long.
+/// Makes a point to be there, standing, after so long.
 Value restPoint(const Value& like, const JointWay::Rest& rest, double seconds) {
   Value point = like;
   valueAt(point, "positions") = numberArray(rest.positions);
@@ -130,7 +130,7 @@ double Approach::speedOf(const std::string& joint) const {
   return std::min(speed, rules_.limits.of(joint).velocity.value_or(speed));
 }
 
-/// Of the joint that is farthest off: 1 is as far as it may go straight.
+/// Returns the share of the joint that is farthest off: 1 is as far as it may go straight.
 double Approach::shareOfFree(const Names& joints, const Pose& from, const Pose& to) const {
   double share = 0;
   for (std::size_t i = 0; i < joints.size(); ++i) {
@@ -141,7 +141,7 @@ double Approach::shareOfFree(const Names& joints, const Pose& from, const Pose& 
   return share;
 }
 
-/// With joints that turn without an end as many turns on as `near`.
+/// Returns the recorded pose, with joints that turn without an end as many turns on as `near`.
 std::optional<Approach::Pose> Approach::recordedPose(const Names& joints, Stamp at,
                                                      const Pose& near) const {
   Pose pose;
@@ -153,7 +153,8 @@ std::optional<Approach::Pose> Approach::recordedPose(const Names& joints, Stamp 
   return pose;
 }
 
-/// It stood elsewhere than at the moment, or nobody knows: before the first pose, after the last.
+/// Returns true if the base stood elsewhere than at the moment, or nobody knows: before the first
+/// pose, after the last.
 bool Approach::hasBaseMoved(Stamp then, Stamp at) const {
   if (!base_) return false;
   const Stamp last = later(base_->end(), kStillKnown);

@@ -13,8 +13,8 @@ namespace {
 constexpr double kFarthestBefore = 10, kFarthestAfter = 0.5;  // s
 constexpr double kFindEvery = 0.01;                           // s
 constexpr std::size_t kMostLooks = 2000;
-/// What a second away from the expected moment counts, in tolerances: of the moments of a stand the
-/// nearest is meant.
+/// The weight of a second away from the expected moment, in tolerances: of the moments of a stand
+/// the nearest is meant.
 constexpr double kAwayCounts = 0.05;
 constexpr double kRampStep = 0.05;     // s between the knots of a ramp
 constexpr double kNearestKnots = 2e-3;  // s; of nearer ones one is left
@@ -63,7 +63,7 @@ int degreeOf(const ArmKnot& knot) {
   return knot.accelerations.size() == size ? 5 : 3;
 }
 
-/// Where a function is least that falls, and rises from there.
+/// Returns where a function is least that falls, and rises from there.
 template <typename Function>
 double leastBetween(double low, double high, const Function& value) {
   for (int i = 0; i < 50; ++i) {
@@ -234,7 +234,8 @@ ArmKnot Ramp::at(double seconds) const {
   return knot;
 }
 
-/// When the knots come: those of the path, and others where they are not as the path has them.
+/// Returns when the knots come: those of the path, and others where they are not as the path has
+/// them.
 std::vector<double> timesOf(const ArmPath& path, const ArmDeparture& departure, const Ramp& ramp) {
   std::vector<double> times;
   for (const ArmKnot& knot : path.knots()) {

@@ -59,7 +59,7 @@ Value pointAt(const Value& like, const std::vector<double>& positions,
   return point;
 }
 
-/// With what the path's points have.
+/// Makes a point with what the path's points have.
 Value pointAt(const Value& like, const ArmPath& path, const ArmKnot& knot, double seconds) {
   Value point = like;
   valueAt(point, "positions") = numberArray(knot.positions);
@@ -71,7 +71,7 @@ Value pointAt(const Value& like, const ArmPath& path, const ArmKnot& knot, doubl
   return point;
 }
 
-/// As a goal of its own.
+/// Returns the rest as a goal of its own.
 Bytes restAlone(const Channel& channel, const Bytes& goal, const GoalProgress& progress) {
   return remainderOfGoal(channel, goal, std::llround(progress.elapsed_s * 1e9));
 }
@@ -128,15 +128,15 @@ struct DecodedGoal {
 
 }  // namespace
 
-/// How the joints of a trajectory stand to it; one number a joint.
+/// The stance of a trajectory's joints to it; one number a joint.
 struct ArmStart::Beginning {
   bool is_known = true;  ///< somebody tells where all of them are
   std::vector<double> positions, velocities;  ///< now
-  /// Where the trajectory goes on, if that is known of all.
+  /// The place where the trajectory goes on, if that is known of all.
   std::optional<std::vector<double>> reference = std::vector<double>();
   bool is_at_once = false;  ///< the reference is the first point
   double lead_s = 0;
-  JointWay way;  ///< to where the trajectory goes on, if it takes a lead
+  JointWay way;  ///< way to where the trajectory goes on, if it takes a lead
 };
 
 double ArmStart::speedOf(const std::string& joint) const {
@@ -166,7 +166,7 @@ double ArmStart::leadOf(const std::string& joint, double then, double deviation,
   return goes_there ? kCubicPeak * std::abs(wayOf(joint, now, then)) / speedOf(joint) : 0;
 }
 
-/// For a joint of which nothing is known but the points it is to go through.
+/// Checks a joint of which nothing is known but the points it is to go through.
 void ArmStart::checkSpeed(const Trajectory& trajectory, std::size_t joint, double now,
                           double& lead) const {
   const std::string& name = trajectory.joints[joint];
@@ -236,7 +236,7 @@ ArmStart::Beginning ArmStart::beginningOf(const Trajectory& trajectory, Stamp at
   return beginning;
 }
 
-/// Without rests if any way will do.
+/// Returns the way, without rests if any way will do.
 JointWay ArmStart::wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
                          const std::vector<double>& to, Stamp at) const {
   if (!options_.approach) return {};
@@ -253,15 +253,15 @@ std::optional<double> ArmStart::leadOf(const Channel& channel, const Bytes& goal
   return beginningOf(*decoded.trajectory, at).lead_s;
 }
 
-/// What a joint is off the reference and has to make good. Joints that move are not where they were
-/// heard to be: that much is no deviation to a controller that knows better.
+/// Returns what a joint is off the reference and has to make good. Joints that move are not where
+/// they were heard to be: that much is no deviation to a controller that knows better.
 double ArmStart::offsetOf(const Beginning& now, std::size_t joint, const std::string& name) const {
   const double off = wayOf(name, (*now.reference)[joint], now.positions[joint]);
   const double unheard = options_.controllers_join ? kUnheard * std::abs(now.velocities[joint]) : 0;
   return std::copysign(std::max(0.0, std::abs(off) - unheard), off);
 }
 
-/// From the joints' live positions on, without a lead: deviations are corrected along the way.
+/// Begins from the joints' live positions, without a lead: deviations are corrected along the way.
 void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                           Array& points) const {
   points.erase(points.begin(),
@@ -351,13 +351,13 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
 
 // ------------------------------------------------------------------------------ the rest of a goal
 
-/// How the rest of a goal begins.
+/// The begin of the rest of a goal.
 struct ArmStart::Rest {
   ArmPath path;
   ArmDeparture departure = {};
   std::vector<double> positions = {};  ///< now, as many turns on as the path
-  double approach_s = 0;  ///< to where they set off; 0: they are there
-  JointWay way = {};      ///< by which they approach
+  double approach_s = 0;               ///< time to where they set off; 0: they are there
+  JointWay way = {};                   ///< way by which they approach
   double behind_s = 0;    ///< the place where they set off is so much earlier than they should be
 
   RestNeed need() const {
@@ -395,7 +395,7 @@ std::optional<ArmPath> ArmStart::pathOf(const Trajectory& trajectory,
   return ArmPath(std::move(knots), std::move(is_continuous));
 }
 
-/// In which the joints become as fast as the path.
+/// Returns the time in which the joints become as fast as the path.
 double ArmStart::rampOf(const std::vector<std::string>& joints, const Rest& rest) const {
   const ArmDeparture& by = rest.departure;
   double ramp_s = kShortestRamp;
@@ -415,7 +415,7 @@ double ArmStart::rampOf(const std::vector<std::string>& joints, const Rest& rest
   return waits ? std::max(ramp_s, -2 * rest.behind_s / (1 - by.pace)) : ramp_s;
 }
 
-/// Where on the path the joints are, how far off it, and how fast; else how they get there.
+/// Finds where on the path the joints are, how far off it, and how fast; else how they get there.
 void ArmStart::findPlace(const std::vector<std::string>& joints,
                          const std::vector<LiveJoint>& live, double elapsed_s, Rest& rest) const {
   std::vector<double> tolerances;

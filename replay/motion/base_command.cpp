@@ -6,7 +6,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// Of what is wanted, that a limit allows.
+/// Returns the share of a wanted speed that a limit allows.
 double shareOf(double limit, double wanted) { return wanted > limit ? limit / wanted : 1; }
 
 }  // namespace

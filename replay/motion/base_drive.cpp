@@ -14,8 +14,8 @@ namespace afterglow::replay {
 namespace {
 
 constexpr Stamp kNever{std::numeric_limits<std::int64_t>::max()};
-/// How far the timeline may be ahead, in s: of a base that keeps up, so that a late step does not
-/// make it stumble, and of a base that lags behind.
+/// The time that the timeline may be ahead, in s: of a base that keeps up, so that a late step does
+/// not make it stumble, and of a base that lags behind.
 constexpr double kStepsAhead = 0.06, kStepAhead = 0.02;
 /// A stop of less than so many s is passed with this tolerance, m and rad.
 constexpr double kShortStop = 3, kPassing = 0.03;
@@ -24,7 +24,7 @@ constexpr double kEndError = 0.05, kEndTurn = 0.09;
 /// A base that moved less than that between two stands was shaken, not driven: m, rad.
 constexpr double kShaken = 0.01, kTurnShaken = 0.02;
 
-/// It gets farther from where it begins than a shaken base.
+/// Returns true if the base gets farther from where it begins than a shaken base.
 bool isDriven(const PoseTrack& drive) {
   const PlanarPose begin = drive.startPose();
   for (Stamp at = drive.begin(); at < drive.end(); at = later(at, 0.1)) {

@@ -16,7 +16,7 @@ constexpr double kMeasuredOver = 0.2;   // s over which velocities are measured
 constexpr double kLongestGap = 1.0;  // s between poses: what was meanwhile is not known
 /// A base that hears nothing has stopped by itself, whatever it was.
 constexpr double kHolds = 1.0;  // s
-/// What is no motion, m/s and rad/s, and what a base that stands on the floor does not resist.
+/// Speeds that are no motion, m/s and rad/s, and those that a base on the floor does not resist.
 constexpr double kStands = 0.02, kStandsTurn = 0.03;
 constexpr double kIsToMove = 0.08, kIsToTurn = 0.25;
 
@@ -27,7 +27,8 @@ void BaseObedience::told(Stamp now, const Velocity& velocity) {
   told_.push_back({now, {velocity[0], velocity[1], velocity[5]}});
 }
 
-/// By its own clock, over the last moments; of an arc the chord's middle points ahead.
+/// Measures by the base's own clock, over the last moments; of an arc the chord's middle points
+/// ahead.
 std::optional<BaseObedience::Motion> BaseObedience::measure(Stamp stamp, const PlanarPose& pose) {
   if (!seen_.empty()) {
     const double gap = secondsBetween(seen_.back().stamp, stamp);
@@ -45,7 +46,8 @@ std::optional<BaseObedience::Motion> BaseObedience::measure(Stamp stamp, const P
                 way.yaw / seconds};
 }
 
-/// What was told within the latency, standing, and what is left of more than that.
+/// Moves the bounds: what was told within the latency, standing, and what is left of more than
+/// that.
 void BaseObedience::moveBounds(Stamp now) {
   const std::int64_t latency_ns = static_cast<std::int64_t>(options_.latency * 1e9);
   while (told_.size() > 1 && told_[1].at.ns <= now.ns - latency_ns) told_.pop_front();

@@ -15,7 +15,7 @@ constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on wh
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
 
-/// Of the reference's speed, and m/s beyond it, with which a base catches up.
+/// The factor on the reference's speed, and m/s beyond it, with which a base catches up.
 constexpr double kCatchUp = 1.05, kCatchUpSpeed = 0.1;
 
 /// s that a correction of the end is waited for; then the base stays where it is.
@@ -27,7 +27,8 @@ constexpr double kSideBegin = 0.06, kSideEnd = 0.25;  // m; only driving on take
 constexpr double kSlowestAside = 0.3;                 // so it never stands for that
 constexpr double kTurnBegin = 0.12, kTurnEnd = 0.45;  // rad
 
-/// Where it may point at its end. A way to a place was not recorded, and has the turns it needs.
+/// Returns where the base may point at its end. A way to a place was not recorded, and has the
+/// turns it needs.
 HeadingRange headingsFor(const PoseTrack& track) {
   constexpr double kPlace = 0.05;  // m
   return track.begin() < track.end() ? track.headingsAtEnd(kPlace) : FinalApproach::kAnywhere;
@@ -47,7 +48,7 @@ Lag lagOf(const PlanarPose& error, const PlanarVelocity& motion) {
   return {x * error.x + y * error.y, x * error.y - y * error.x};
 }
 
-/// As a base sees it that is turned by so much less.
+/// Returns the velocity as a base sees it that is turned by so much less.
 PlanarVelocity turned(const PlanarVelocity& velocity, double yaw) {
   const double c = std::cos(yaw), s = std::sin(yaw);
   return {c * velocity.forward - s * velocity.left, velocity.turn,
@@ -178,7 +179,8 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   return withinReach(law(error, led_), error, reference);
 }
 
-/// From rest, and after whatever had slowed it down, the reference gets faster as the base can.
+/// Returns the pace after rest, and after whatever had slowed it down: the reference gets faster as
+/// the base can.
 double BaseTracker::speedUp(double pace, const PlanarVelocity& recorded, double seconds) const {
   const auto limit = [&](double now, double ramp, double speed) {
     const double most = now + ramp * seconds;
@@ -202,7 +204,7 @@ PlanarVelocity BaseTracker::withinReach(PlanarVelocity wanted, const PlanarPose&
   return {wanted.forward * most / speed, wanted.turn, wanted.left * most / speed};
 }
 
-/// What the scan sees along the track.
+/// Returns true if the scan sees the way along the track free.
 bool BaseTracker::isWayFree(const PlanarPose& base, Stamp now, double seconds) {
   if (!obstacles_) return true;
   const double radius = obstacles_->options().footprint.radius();
@@ -333,7 +335,8 @@ bool BaseTracker::isOff(const PlanarPose& error) {
   return true;
 }
 
-/// Where the track rests, a base that was pushed is not brought back where nobody looks.
+/// Returns true if the base has strayed; where the track rests, a base that was pushed is not
+/// brought back where nobody looks.
 bool BaseTracker::hasStrayed(const PlanarPose& error, const PlanarVelocity& recorded) {
   if (recorded.speed() > kResting) {
     way_ = recorded;

@@ -65,7 +65,7 @@ DriveTiming::DriveTiming(const PoseTrack& track, const DriveLimits& limits, doub
   for (const Node& node : nodes_) fastest_ = std::max(fastest_, node.speed * node.pace);
 }
 
-/// Its speeds, smoothed over a few steps.
+/// Measures the track's speeds, smoothed over a few steps.
 void DriveTiming::measure(const PoseTrack& track) {
   const double length = secondsBetween(track.begin(), track.end());
   const auto steps = std::max<std::size_t>(2, static_cast<std::size_t>(length / kTimingStep));

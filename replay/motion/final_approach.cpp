@@ -101,7 +101,8 @@ bool FinalApproach::look(const PlanarPose& base) {
   return true;
 }
 
-/// It goes straight to beside the goal: it is far from there, or may turn to the goal there.
+/// Returns true if it is worth going straight to beside the goal: it is far from there, or may turn
+/// to the goal there.
 bool FinalApproach::isWorthDrivingBeside(const PlanarPose& base, bool may_back_up) const {
   const double way = between(base, goal_).x;
   if (std::abs(way) > options_.tolerance) return true;

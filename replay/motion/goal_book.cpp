@@ -174,7 +174,7 @@ GoalBook::Counts GoalBook::counts() const {
   return counts_;
 }
 
-/// On any topic, without one.
+/// Finds a goal on any topic, without a topic given.
 std::vector<GoalBook::Open>::iterator GoalBook::find(const std::string& id,
                                                      const std::string& topic) {
   return std::find_if(open_.begin(), open_.end(), [&](const Open& goal) {
@@ -182,7 +182,7 @@ std::vector<GoalBook::Open>::iterator GoalBook::find(const std::string& id,
   });
 }
 
-/// They stay open until their cancels are sent.
+/// Takes open goals, which stay open until their cancels are sent.
 std::vector<GoalBook::Entry> GoalBook::takeOpen(
     const std::function<bool(const Entry&)>& is_meant) {
   std::vector<Entry> goals;

@@ -12,7 +12,7 @@ namespace {
 struct RecordedGoal {
   Stamp at;
   std::string id;
-  std::optional<std::int64_t> duration_ns;  ///< of its trajectory
+  std::optional<std::int64_t> duration_ns;  ///< duration of its trajectory
   std::optional<Milestone> end;
 };
 
@@ -66,7 +66,8 @@ std::string errorName(const std::string& type, std::int32_t code) {
                   : "error " + std::to_string(code);
 }
 
-/// Of an action whose results are there a goal without one was under way at the recording's end.
+/// Ends goals by their trajectories: of an action whose results are there a goal without a result
+/// was under way at the recording's end.
 void endByTrajectories(RecordedAction& action) {
   for (RecordedGoal& goal : action.goals) {
     if (!action.has_results && goal.duration_ns) {

@@ -140,7 +140,7 @@ const Array& elementsAt(const Value& message, const char* path) {
   return array ? *array : kNone;
 }
 
-/// Of bodies that fly or swim: trajectory_msgs/MultiDOFJointTrajectory.
+/// Adds bodies that fly or swim: trajectory_msgs/MultiDOFJointTrajectory.
 void addBodies(const Value& document, double sent_at_s, PeakFinder& peaks) {
   std::vector<std::array<double, 3>> before;
   double before_s = 0;
@@ -252,8 +252,8 @@ class PeakReader {
     }
   }
 
-  /// As it was sent: its times, its positions, and how fast it is. Throws std::runtime_error for
-  /// what no robot is told.
+  /// Adds a trajectory as it was sent: its times, its positions, and how fast it is. Throws
+  /// std::runtime_error for what no robot is told.
   void addTrajectory(const Trajectory& trajectory, Stamp sent, PeakFinder& peaks) {
     const double sent_at_s = peaks.at();
     std::vector<double> before;
@@ -288,7 +288,7 @@ class PeakReader {
     }
   }
 
-  /// What the point says of itself.
+  /// Adds what the point says of itself.
   static void addOwn(const std::string& name, const Value& point, std::size_t joint,
                      PeakFinder& peaks) {
     const std::vector<double> velocities = numbersAt(point, "velocities"),
@@ -345,7 +345,7 @@ class PeakReader {
   const MotionLimits& limits_;
   const RobotJoints& robot_;
   const bool is_base_timed_;
-  std::optional<std::pair<Stamp, Velocity>> last_;  ///< of a base
+  std::optional<std::pair<Stamp, Velocity>> last_;  ///< last velocity of a base
   std::optional<JointTrack> joints_;                ///< once they are asked for
 };
 

@@ -12,12 +12,13 @@ namespace afterglow::replay {
 namespace {
 
 constexpr double kHistory = 1.0;  // s of odometry
-/// What is as thin as this counts with the beams that meet it: 3 near by, 1 far away.
+/// The thickness below which a thing counts with the beams that meet it: 3 near by, 1 far away.
 constexpr double kThin = 0.03;  // m
 constexpr int kMostBeams = 3;
 /// Points of one thing, and the same thing in two scans.
 constexpr double kTogether = 0.1, kAgain = 0.06;  // m
-/// What moves was not there so long ago, s: nothing was, so far around it and behind it, m.
+/// The time before which a moving thing was not there, s: nothing was, so far around it and behind
+/// it, m.
 constexpr double kWhileAgo = 0.5, kWasFree = 0.15;
 /// A base that may only creep stands; it goes on when so much is free for so long.
 constexpr double kCreeping = 0.03;                    // m/s
@@ -189,7 +190,7 @@ ObstacleStop::Verdict ObstacleStop::judge(const Moment& moment, const SweptPath&
   return verdict;
 }
 
-/// For the report, and for the next time.
+/// Keeps the verdict for the report, and for the next time.
 void ObstacleStop::keep(const Verdict& verdict, const Moment& moment) {
   const bool was_waiting = std::exchange(is_waiting_, verdict.kind != Verdict::Kind::Go);
   if (is_waiting_) {

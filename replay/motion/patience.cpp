@@ -12,16 +12,16 @@ namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kLeastBeside = 60 * kMs;
-/// For a player that others keep from a processor all the time.
+/// The addition for a player that others keep from a processor all the time.
 constexpr std::int64_t kMoreForWaiting = 90 * kMs;
 constexpr std::int64_t kLeastAfar = 300 * kMs;
-/// What is seen in a second is far from the worst of a replay.
+/// Factors for the worst of a replay, from which a second's measurement is far.
 constexpr std::int64_t kWorseBeside = 10, kWorseAfar = 4;
 constexpr int kLooksNeeded = 15;
-/// What is measured in a second has to fit that often: beats come every 20 ms, and late again.
+/// The times that a second's measurement has to fit: beats come every 20 ms, and late again.
 constexpr std::int64_t kFits = 2;
 
-/// In steps of 10 ms: for people.
+/// Rounds to steps of 10 ms, for people.
 std::int64_t rounded(std::int64_t ns) { return ns / (10 * kMs) * (10 * kMs); }
 
 }  // namespace

@@ -50,7 +50,7 @@ std::optional<JointGoals> readGoals(const Store& store, const PlayPlan& plan,
   return goals;
 }
 
-/// Of the moved parts.
+/// Returns the moved parts' joints.
 std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& plan,
                                           const MovedParts& parts, Stamp at, const char* when,
                                           std::vector<std::string>& remarks) {

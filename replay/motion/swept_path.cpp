@@ -39,7 +39,7 @@ struct NearPoint {
   double distance;  ///< now
 };
 
-/// Those that the path can come near to at all.
+/// Returns the points that the path can come near to at all.
 std::vector<NearPoint> nearPoints(const SweptPath& path, const Footprint& footprint,
                                   double clearance, const std::vector<FloorPoint>& points) {
   const double reach = footprint.radius() + clearance;

@@ -9,7 +9,8 @@
 namespace afterglow::replay {
 namespace {
 
-/// What was told before has left the multiplexer, and a ramp to a stand has ended.
+/// The time after which what was told before has left the multiplexer, and a ramp to a stand has
+/// ended.
 constexpr std::int64_t kRemembered = 2'000'000'000;
 constexpr std::int64_t kRecent = 500'000'000;  // another input's velocity may be the one put out
 constexpr int kExact = 5;                      // velocities after which nothing else is expected
@@ -90,7 +91,7 @@ bool TakeOverWatch::wasTold(const Velocity& velocity) const {
   return anyOf(told_, [&](const Sent& sent) { return sent.velocity == velocity; });
 }
 
-/// Each number lies between standing and what was told.
+/// Returns true if each number lies between standing and what was told.
 bool TakeOverWatch::isSlowerThanTold(const Velocity& velocity) const {
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     double least = 0, most = 0;

@@ -26,7 +26,7 @@ bool isStill(const PlanarPose& a, const PlanarPose& b) {
   return distance(a, b) < kStill && std::abs(wrapAngle(a.yaw - b.yaw)) < kTurnStill;
 }
 
-/// Every second one; the last is kept.
+/// Drops each second sample; the last is kept.
 void halve(std::vector<Sample>& samples) {
   const Sample last = samples.back();
   std::size_t kept = 0;
@@ -109,7 +109,7 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
   return track;
 }
 
-/// In the odometry, before localization's noise comes into the poses.
+/// Finds stands in the odometry, before localization's noise comes into the poses.
 std::vector<TrackSpan> TrackBuilder::findStands() const {
   std::vector<TrackSpan> stands;
   for (std::size_t i = 0; i < poses_.size();) {
@@ -130,7 +130,7 @@ PlanarPose TrackBuilder::odometryAt(Stamp stamp) const {
   return after == poses_.end() ? poses_.back().pose : after->pose;
 }
 
-/// Where corrections [begin, end) put a base, in the mean.
+/// Returns where corrections [begin, end) put a base, in the mean.
 PlanarPose TrackBuilder::meanBase(std::size_t begin, std::size_t end,
                                   const PlanarPose& T_odom_base) const {
   const PlanarPose first = compose(corrections_[begin].pose, T_odom_base);

@@ -172,7 +172,7 @@ class TrackReading {
   TrackBuilder builder_;
   std::map<std::int64_t, std::optional<FieldFinder>> finders_;
   std::set<std::string> pairs_;
-  std::set<std::string> likely_;  ///< as --base-frame takes them
+  std::set<std::string> likely_;  ///< names as --base-frame takes them
   std::int64_t delay_ = std::numeric_limits<std::int64_t>::max();  ///< the shortest seen
   std::uint64_t unreadable_ = 0;
   bool is_ended_ = false, has_moved_on_ = false;

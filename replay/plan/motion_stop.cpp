@@ -22,7 +22,7 @@ bool isSpeed(const MessageType& type, const Field& field) {
          (field.name == "speed" || field.name == "acceleration" || field.name == "jerk");
 }
 
-/// Whether a field of this type can be set to the value.
+/// Returns true if a field of this type can be set to the value.
 bool holds(FieldType type, double value) {
   if (type == FieldType::Bool) return value == 0 || value == 1;
   return isNumber(type) && withNumber(type, [value](auto number) {

@@ -53,7 +53,7 @@ bool isOfController(const PlannedTopic& topic) {
   return topic.topic_class == TopicClass::Body && !topic.is_by_name;
 }
 
-/// Whether the one may have been sent because of the other at all.
+/// Returns true if the one may have been sent because of the other at all.
 bool isPair(const PlannedTopic& higher, const PlannedTopic& lower) {
   const bool is_motion = lower.topic_class == TopicClass::Body &&
                          lower.modality == Modality::Body &&

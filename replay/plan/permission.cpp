@@ -7,7 +7,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// With the owner's permission, and without it.
+/// The verdicts with the owner's permission, and without it.
 struct PermissionCell {
   Verdict allowed, otherwise;
   std::string_view words;
@@ -30,7 +30,7 @@ struct PermissionRow {
   PermissionCells robot, elsewhere;  // by ReplayPlace
 };
 
-/// By TopicKind.
+/// The table's rows by TopicKind.
 constexpr std::array<PermissionRow, 7> kPermissions{{
     {"body", {kMust, kMust, kMust, kMust}, {kNo, kNo, kMay, kMust}},
     {"motion that is played by name alone", {kNo, kNo, kMay, kMust}, {kNo, kNo, kMay, kMust}},

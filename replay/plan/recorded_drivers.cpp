@@ -28,7 +28,7 @@ std::vector<std::string> heardBy(const std::string& node, bool (*is_type)(const 
   return topics;
 }
 
-/// By a recorder, and not in an import, which knows the senders alone.
+/// Returns true if a recorder noted the hearers, and not an import, which knows the senders alone.
 bool areHearersNoted(const RecordedNodes& nodes) {
   return anyOf(nodes, [](const auto& around) { return !around.second.subscribers.empty(); });
 }
@@ -72,7 +72,7 @@ bool isMultiplexer(const std::string& topic, const std::string& node, const Reco
          anyOf(mixed, [&](const std::string& one) { return contains(recorded, one); });
 }
 
-/// Its own process is not who obeys: a program that sends and hears it all is no robot.
+/// Returns true if another process obeys: a program that sends and hears it all is no robot.
 bool isObeyedByAnother(const TopicNodes& around) {
   return !std::includes(around.publishers.begin(), around.publishers.end(),
                         around.subscribers.begin(), around.subscribers.end());

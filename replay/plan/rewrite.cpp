@@ -138,7 +138,7 @@ struct Rewriter::State {
     return is_meant ? std::optional(last->second.id) : std::nullopt;
   }
 
-  /// How often each field was rewritten on a topic.
+  /// Returns how often each field was rewritten on a topic.
   std::vector<std::uint64_t>& doneOn(const std::string& topic, const Plan& plan) {
     std::vector<std::uint64_t>& counts = done[topic];
     counts.resize(std::max(counts.size(), plan.fields.size()));

@@ -7,7 +7,8 @@ namespace {
 
 constexpr const char* kSaid = "the robot's profile says so";
 
-/// What may be published by itself is not stricter than the other such class.
+/// Returns true if a is stricter than b; a class that may be published by itself is not stricter
+/// than the other such class.
 bool isStricter(TopicClass a, TopicClass b) { return a < b && a <= TopicClass::Other; }
 
 bool mayBeBody(const TopicRole& known, std::string_view topic, std::string_view type) {
@@ -20,7 +21,7 @@ bool mayBeShown(const TopicRole& known, std::string_view topic, std::string_view
 
 }  // namespace
 
-/// What the profile says of the base and the scan is meant for their topics, too.
+/// Takes a profile; its words on the base and the scan are meant for their topics, too.
 RobotTopics::RobotTopics(const RobotProfile& robot)
     : robot_(robot.name), output_topic_(robot.base.output_topic), words_(robot.topics) {
   const auto add = [this](TopicClass topic_class, const std::string& topic) {

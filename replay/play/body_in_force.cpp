@@ -28,7 +28,7 @@ void BodyInForce::send(Outbox::Outgoing message) {
   if (sent && !sent->canceled.empty()) noteCanceled(sent->canceled, open);
 }
 
-/// It was canceled as it had been: nothing waits for it any more.
+/// Notes that a goal was canceled as it had been: nothing waits for it any more.
 void BodyInForce::noteCanceled(const std::string& id, const std::vector<GoalBook::Entry>& open) {
   for (const GoalBook::Entry& goal : open) {
     if (goal.id != id) continue;

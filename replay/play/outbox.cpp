@@ -203,7 +203,7 @@ void Outbox::sendDriven(const Bytes& velocity) {
   ++topic.report.published;
 }
 
-/// At the end one message that cannot be sent must not keep the others from being sent.
+/// Sends a message; at the end one that cannot be sent must not keep the others from being sent.
 void Outbox::send(const Channel& channel, const Bytes& bytes) {
   try {
     sink_.publish(channel, bytes);

@@ -31,7 +31,8 @@ Json rewritten(const PlannedTopic& topic) {
   return fields;
 }
 
-/// Of endless motion a type's stop does not help. Empty for a state that moves nothing.
+/// Returns the text of a stop; empty for a state that moves nothing, and for endless motion, which
+/// a type's stop does not help. Empty for a state that moves nothing.
 std::string stopText(const PlannedTopic& topic) {
   const bool is_endless = topic.topic_class == TopicClass::Endless;
   const MotionStop stop = is_endless ? MotionStop() : stopOf(topic);

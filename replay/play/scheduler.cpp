@@ -40,7 +40,7 @@ void Scheduler::play() {
   }
 }
 
-/// To the end; false: stopped.
+/// Plays to the end; false: stopped.
 bool Scheduler::playRound() {
   for (;;) {
     const Timeline& timeline = play_.timeline();
@@ -123,7 +123,7 @@ void Scheduler::leapTo(Stamp recorded) {
   parts_.outbox.forgetShift();
 }
 
-/// Where the wait for a recorded moment is cut short.
+/// Returns where the wait for a recorded moment is cut short.
 std::optional<Stamp> Scheduler::leapBefore(Stamp recorded) const {
   const Stamp at = play_.timeline().recorded(play_.clock.now());
   const std::optional<double> skip_empty_s = play_.options.skip_empty_s;
@@ -191,7 +191,7 @@ Scheduler::Wake Scheduler::waitFor(double seconds, const std::function<bool()>& 
   }
 }
 
-/// When there is something to do though no message is due.
+/// Returns when there is something to do though no message is due.
 SteadyTime Scheduler::nextStep() const {
   return play_.timeline().isPaused()
              ? parts_.lead.nextLook()

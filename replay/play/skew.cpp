@@ -8,7 +8,7 @@ namespace {
 
 /// A base has a milestone every 20 ms; messages are measured by one of the last ones.
 constexpr std::size_t kMostReached = 256;
-/// Of a replay that runs far ahead of its body enough are measured.
+/// The number of early samples; enough are measured of a replay that runs far ahead of its body.
 constexpr std::size_t kMostEarly = 500;
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace afterglow::replay {
 
-/// In real time, the wait that the leap to a milestone makes good.
+/// Returns in real time the wait that the leap to a milestone makes good.
 std::int64_t StepGate::marginNow() const {
   return std::llround(static_cast<double>(kMilestoneMarginNs) / play_.timeline().rate());
 }

@@ -136,7 +136,7 @@ bool holdsAt(const Condition& condition, const json& value, std::size_t at) {
   });
 }
 
-/// `on_topic` answers for the topics.
+/// Evaluates a condition; `on_topic` answers for the topics.
 template <typename OnTopic>
 bool evaluate(const Condition& condition, const json& document, const OnTopic& on_topic) {
   const auto part_holds = [&](const Condition& part) { return evaluate(part, document, on_topic); };
@@ -174,7 +174,7 @@ json parseObject(const std::string& text) { return parseForeignJson(text); }
 
 // ----------------------------------------------------------------------------------------- parsing
 
-/// As MongoDB's; it keeps a hostile filter from taking the stack.
+/// The depth of MongoDB's filters; it keeps a hostile filter from taking the stack.
 constexpr int kDeepest = 100;
 
 const std::map<std::string, Kind> kGroups = {
@@ -242,7 +242,7 @@ class Parser {
   }
 
  private:
-  /// Where in the filter errors are.
+  /// The place in the filter where errors are.
   class Place {
    public:
     Place(Parser& parser, const std::string& key) : parser_(parser) {
@@ -335,7 +335,7 @@ class Parser {
     return over_ == Filter::Over::Behaviors && !in_topic_ && !in_element_;
   }
 
-  /// What is asked of the values at a path: one value, or operators.
+  /// Reads the tests of the values at a path: one value, or operators.
   Condition tests(const std::string& path, const json& value) {
     const Depth depth(*this);
     if (!hasOperator(value)) return test(path, Op::Equal, value);

@@ -12,7 +12,7 @@ namespace {
 /// Steps of the matcher; about 10 ms.
 constexpr std::uint32_t kMostSteps = 1'000'000;
 constexpr std::uint32_t kMostMemory_KiB = 20'000;
-/// Of an expression itself, in bytes: compiling takes time and memory, too.
+/// The length of an expression itself, in bytes: compiling takes time and memory, too.
 constexpr std::size_t kLongestPattern = 10'000;
 
 using MatchData = std::unique_ptr<pcre2_match_data, void (*)(pcre2_match_data*)>;

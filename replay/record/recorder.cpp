@@ -250,8 +250,9 @@ void Recorder::enqueuePast(const RunningBehavior& running) {
   }
 }
 
-/// What a camera saw just before the begin arrives after it: its transforms are older. They stand in
-/// the recording before the behavior, where those who replay it look for them.
+/// Enqueues transforms from before the begin: a picture that a camera took just before it arrives
+/// after it, and its transforms are older. They stand in the recording before the behavior, where
+/// those who replay it look for them.
 void Recorder::enqueueEarlierTransforms(Stamp begin, const std::set<std::string>& topics) {
   if (topics.count(kTransforms) == 0) return;
   for (PreRoll::Entry& entry : past_.take({begin.ns - kTransformsBefore_ns}, {kTransforms})) {

@@ -22,7 +22,7 @@ std::string secondsText(std::int64_t ns) {
 
 }  // namespace
 
-/// By how much ROS time went ahead of the steady clock since it was asked last.
+/// Returns by how much ROS time went ahead of the steady clock since the last call.
 std::optional<std::int64_t> RecordingClock::leapOf(Stamp ros, std::int64_t steady_ns) {
   const std::int64_t now = ros.ns - steady_ns;
   const std::int64_t leap = now - ros_by_steady_ns_.value_or(now);

@@ -64,8 +64,8 @@ std::uint64_t sequenceOfCopy(const Message& original, const Behavior& behavior) 
   return original.sequence + ((copier + 1) << 48);
 }
 
-/// Of each latched channel that says nothing at `begin` itself the last message before it, stamped
-/// with it.
+/// Returns for each latched channel that says nothing at `begin` itself the last message before it,
+/// stamped with it.
 std::vector<Message> latchedInForce(const Store& store, const Behavior& behavior, Stamp begin) {
   MessageRange before;
   before.with_all_topics = true;
@@ -92,7 +92,8 @@ std::vector<Message> latchedInForce(const Store& store, const Behavior& behavior
   return messages;
 }
 
-/// What no behavior covers can only be removed with one: a passing one covers it.
+/// Removes messages: those that no behavior covers can only be removed with one, so a passing one
+/// covers them.
 void removeMessages(Store& store, const Behavior& behavior, Stamp begin, Stamp end) {
   if (!(begin < end)) return;
   Behavior passing;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kScheme = "sqlite:";
 
-/// How the URI of a server's store begins. A new kind of store is named here and opened by
+/// The begin of a URI of a server's store. A new kind of store is named here and opened by
 /// openStore().
 constexpr const char* kServerSchemes[] = {"mongodb://", "mongodb+srv://"};
 
@@ -38,7 +38,8 @@ std::string defaultUri() {
   return home + "/.local/share/afterglow/afterglow.db";
 }
 
-/// Of the authority of a URI, "USER:PASSWORD@" with the @; empty without one. A password may hold an
+/// Returns the user of a URI's authority, "USER:PASSWORD@" with the @; empty without one. A
+/// password may hold an
 /// @ or a slash, though they should be written %40 and %2F: no part of it must be shown.
 std::string_view userOf(std::string_view uri) {
   const auto scheme = uri.find("://");

@@ -96,7 +96,7 @@ class Sync {
     return channels_there_[id] = to_.addChannel(recordingThere(recording), from_.channel(id));
   }
 
-  /// Its messages and files. A behavior whose recorder died gets its end here, behind the last
+  /// Copies messages and files. A behavior whose recorder died gets its end here, behind the last
   /// message.
   void copyContents(Behavior& behavior) {
     Behavior before = behavior;
@@ -137,7 +137,7 @@ class Sync {
     return last;
   }
 
-  /// One by one, as else nobody knows which one it is that is refused.
+  /// Appends one by one, as else nobody knows which message it is that is refused.
   void append(std::int64_t recording, Message&& message) {
     const std::int64_t channel = message.channel;
     try {

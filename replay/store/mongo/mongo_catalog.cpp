@@ -7,7 +7,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// Of an import; clocks of a fleet may differ by much less.
+/// The lease of an import; clocks of a fleet may differ by much less.
 constexpr std::chrono::hours kLease{1};
 constexpr std::chrono::minutes kRenewal{1};
 

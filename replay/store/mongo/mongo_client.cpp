@@ -96,7 +96,7 @@ MongoWrite readWrite(const bson_t& reply, const bson_error_t& error, std::size_t
   return write;
 }
 
-/// Whether the same may succeed later: nobody answers, or not the one that could.
+/// Returns true if the same may succeed later: nobody answers, or not the one that could.
 bool isAway(const bson_error_t& error) {
   if (error.domain == MONGOC_ERROR_STREAM || error.domain == MONGOC_ERROR_SERVER_SELECTION ||
       error.domain == MONGOC_ERROR_CLIENT || error.domain == MONGOC_ERROR_WRITE_CONCERN) {
@@ -117,7 +117,7 @@ bool isServersAnswer(const bson_error_t& error) {
 
 }  // namespace
 
-/// One connection, for the time of a call.
+/// A connection for the time of a call.
 class MongoClient::Lease {
  public:
   explicit Lease(const MongoClient& owner)

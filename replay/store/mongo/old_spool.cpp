@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the outbox; 1: a state of a behavior, 2: the removal of one.
+/// Kinds of the outbox; 1: a state of a behavior, 2: the removal of one.
 constexpr std::int64_t kMessages = 0, kFile = 3;
 
 /// The bytes of an entry, which are trusted, but not beyond their end.

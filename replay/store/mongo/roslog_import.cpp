@@ -49,7 +49,7 @@ std::optional<Definition> storedDefinition(const Store& store, const std::string
   return std::nullopt;
 }
 
-/// Which topic a collection was that does not say so itself.
+/// The topics of collections that do not say so themselves.
 class TopicNames {
  public:
   TopicNames(const Store& store, const RoslogImport& import) {
@@ -74,7 +74,7 @@ class TopicNames {
 struct RoslogChannel {
   Channel channel;
   std::optional<Schema> schema;  ///< empty: its messages are left out
-  std::int64_t id = 0;           ///< in the store
+  std::int64_t id = 0;           ///< id in the store
 };
 
 /// A document of a collection, in the order of its _id.
@@ -314,7 +314,7 @@ class RoslogImporter {
   Remarks remarks_;
   std::map<ChannelKey, RoslogChannel> channels_;
   std::map<std::string, std::vector<Entry>> collections_;
-  std::vector<Entry*> ordered_;  ///< what is imported, by time
+  std::vector<Entry*> ordered_;  ///< entries that are imported, by time
   std::int64_t recording_ = 0;
 };
 

@@ -75,7 +75,7 @@ BehaviorFilter narrowed(BehaviorFilter filter) {
   return filter;
 }
 
-/// How SQLite finds the rows: its own plan, in words.
+/// Returns how SQLite finds the rows: its own plan, in words.
 std::string accessOf(SqliteConnection& connection, const std::string& sql) {
   SqliteStatement plan(connection, "EXPLAIN QUERY PLAN " + sql);
   std::string access = "all";

@@ -16,13 +16,13 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::size_t kMostThreads = 8;
-/// With a limit, so many behaviors are looked at before it is known whether more are needed.
+/// The behaviors that are looked at with a limit before it is known whether more are needed.
 constexpr std::size_t kRound = 64;
 
 /// Says of behaviors whether they match; of one thread.
 class BehaviorMatcher {
  public:
-  /// With a connection of its own if `connection` is null.
+  /// Matches with a connection of its own if `connection` is null.
   BehaviorMatcher(SqliteConnection* connection, const std::string& path, const Filter& filter)
       : own_(connection ? nullptr : openSqliteStore(path, OpenMode::ReadOnly)),
         connection_(connection ? *connection : *own_),
@@ -38,7 +38,7 @@ class BehaviorMatcher {
       return is_any;
     });
   }
-  std::uint64_t looked() const { return looked_; }  ///< at messages
+  std::uint64_t looked() const { return looked_; }  ///< number of messages that were looked at
 
  private:
   std::unique_ptr<SqliteConnection> own_;
@@ -47,7 +47,7 @@ class BehaviorMatcher {
   std::uint64_t looked_ = 0;
 };
 
-/// Which of the behaviors match, each looked at by the next matcher that is free.
+/// Returns which of the behaviors match, each looked at by the next matcher that is free.
 std::vector<char> matchesOf(std::vector<BehaviorMatcher>& matchers, const Behavior* behaviors,
                             std::size_t count) {
   std::vector<char> matches(count);

@@ -14,12 +14,12 @@
 namespace afterglow::replay {
 namespace {
 
-/// How long one process waits for another's transaction; readers never wait.
+/// The time that one process waits for another's transaction; readers never wait.
 constexpr int kBusyTimeout_ms = 10'000;
-/// How often it looks whether that has ended. SQLite's own handler soon looks only every 100 ms,
-/// and then misses the pauses of a process that writes much (writing_turns.hpp).
+/// The time between looks whether that has ended. SQLite's own handler soon looks only every 100
+/// ms, and then misses the pauses of a process that writes much (writing_turns.hpp).
 constexpr std::chrono::milliseconds kBusyPoll{2};
-/// How long a commit waits for readers when the log has grown too long.
+/// The time that a commit waits for readers when the log has grown too long.
 constexpr int kReaderTimeout_ms = 200;
 
 /// A path as SQLite's URI wants it.
@@ -54,7 +54,7 @@ int flagsOf(SqliteAccess access) {
   return SQLITE_OPEN_READONLY;
 }
 
-/// For migrations: checksum(BLOB), of store/checksum.hpp.
+/// Computes checksum(BLOB) of store/checksum.hpp, for migrations.
 void checksumInSql(sqlite3_context* context, int, sqlite3_value** arguments) {
   const auto* bytes = static_cast<const std::uint8_t*>(sqlite3_value_blob(arguments[0]));
   const auto size = static_cast<std::size_t>(sqlite3_value_bytes(arguments[0]));

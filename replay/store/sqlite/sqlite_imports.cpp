@@ -69,8 +69,8 @@ std::size_t SqliteImports::dropUnfinished() {
   return dropped;
 }
 
-/// Of one whose lock is free. An import that was finished meanwhile has committed before this
-/// transaction begins.
+/// Returns true if the import's lock is free. An import that was finished meanwhile has committed
+/// before this transaction begins.
 bool SqliteImports::isDead(std::int64_t recording) const {
   const SqliteLock lock = connection_.lock();
   SqliteTransaction transaction(connection_);

@@ -93,7 +93,7 @@ void SqliteMessages::insertChunks(std::int64_t message, const Bytes& bytes) {
   }
 }
 
-/// Where a slice of the interval ends that is not too large for one transaction.
+/// Returns where a slice of the interval ends that is not too large for one transaction.
 std::int64_t SqliteMessages::sliceEnd(std::int64_t recording, Interval interval) const {
   SqliteStatement query(connection_,
                         "SELECT received_ns, size FROM messages WHERE recording = ?1 "

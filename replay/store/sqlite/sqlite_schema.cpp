@@ -113,8 +113,8 @@ FileHeader readHeader(const fs::path& file) {
   throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
 }
 
-/// Without SQL, for which SQLite may leave -wal and -shm files beside a database. The file itself
-/// always has the version: tables are made before WAL mode is entered.
+/// Looks without SQL, for which SQLite may leave -wal and -shm files beside a database. The file
+/// itself always has the version: tables are made before WAL mode is entered.
 /// Why this user may not; empty: it may.
 std::string whyNoAccess(const fs::path& path, int wish) {
   const fs::path named = path.empty() ? "." : path;
@@ -204,8 +204,9 @@ void makeFolder(const std::string& path) {
   }
 }
 
-/// On a read-only medium SQLite cannot make the -shm file that a WAL database needs. It opens the
-/// database without that file where nobody can write and no WAL is left to read.
+/// Returns true on a read-only medium, where SQLite cannot make the -shm file that a WAL database
+/// needs. It opens the database without that file where nobody can write and no WAL is left to
+/// read.
 bool isFrozen(const std::string& path) {
   const std::string real = realFile(path);
   return !hasLog(real) && !whyNoAccess(fs::path(real).parent_path(), W_OK).empty();

@@ -104,16 +104,17 @@ class DamageRanges {
   struct Range {
     std::uint64_t count = 0;
     std::int64_t first_ns = 0, last_ns = 0;
-    std::string problem;  ///< of the first
+    std::string problem;  ///< problem of the first
   };
-  std::map<std::int64_t, Range> ranges_;  ///< by channel
+  std::map<std::int64_t, Range> ranges_;  ///< ranges by channel
 };
 
 // ------------------------------------------------------------------------------------------- check
 
 constexpr std::uint64_t kMessagesBetweenReports = 1000;
 
-/// Each look reports its problems; one that damage ends is a problem, too, and the next one begins.
+/// Checks in several looks; each reports its problems; a look that damage ends is a problem, too,
+/// and the next one begins.
 class Checker {
  public:
   Checker(SqliteConnection& connection, const StoreProgress& progress)

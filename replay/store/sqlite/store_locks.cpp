@@ -13,9 +13,9 @@
 namespace afterglow::replay {
 namespace {
 
-/// Of `size` bytes; 0: all. The commands F_OFD_* make it a lock of the open file, not of the
-/// process: two stores in one process exclude each other, a lock can be asked about without being
-/// taken, and NFS knows it.
+/// Makes a lock of `size` bytes; 0: all. The commands F_OFD_* make it a lock of the open file, not
+/// of the process: two stores in one process exclude each other, a lock can be asked about without
+/// being taken, and NFS knows it.
 struct flock bytesFrom(std::int64_t begin, std::int64_t size) {
   struct flock lock {};
   lock.l_type = F_WRLCK;
