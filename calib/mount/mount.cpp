@@ -1,7 +1,6 @@
 #include "calib/mount/mount.hpp"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -9,7 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/number_text.hpp"
+#include "calib/yaml_text.hpp"
+
 
 namespace afterglow::calib {
 namespace {
@@ -113,25 +113,8 @@ Eigen::Quaterniond rotationOf(const Mount& mount) {
   return q;
 }
 
-void writeSpread(YAML::Emitter& out, const char* key, const std::optional<double>& spread,
-                 int decimals) {
-  out << YAML::Key << key << YAML::Value;
-  if (spread) {
-    out << fixedText(*spread, decimals);
-  } else {
-    out << YAML::Null;
-  }
-}
-
-void writePoses(YAML::Emitter& out, const Mount& mount) {
-  out << YAML::Key << "poses" << YAML::Value << YAML::BeginSeq;
-  for (const MountDeviation& pose : mount.poses) {
-    out << YAML::Flow << YAML::BeginMap << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted
-        << pose.name << YAML::Key << "deviation_mm" << YAML::Value << fixedText(pose.mm, 3)
-        << YAML::Key << "deviation_deg" << YAML::Value << fixedText(pose.deg, 4) << YAML::Key
-        << "used" << YAML::Value << pose.is_used << YAML::EndMap;
-  }
-  out << YAML::EndSeq;
+std::string spreadText(const std::optional<double>& spread, int decimals) {
+  return spread ? fixedText(*spread, decimals) : "~";
 }
 
 }  // namespace
@@ -166,24 +149,19 @@ Mount averageMount(const std::vector<MountPose>& poses, const MountLimits& limit
 std::string staticTransformYaml(const Mount& mount, const MountFrames& frames) {
   const Eigen::Vector3d t = mount.T_link_projector.matrix().translation();
   const Eigen::Quaterniond q = rotationOf(mount);
-  YAML::Emitter out;
-  out << YAML::BeginMap;
-  out << YAML::Key << "parent_frame" << YAML::Value << frames.link;
-  out << YAML::Key << "child_frame" << YAML::Value << frames.projector;
-  out << YAML::Key << "translation" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key
-      << "x" << YAML::Value << exactText(t.x()) << YAML::Key << "y" << YAML::Value
-      << exactText(t.y()) << YAML::Key << "z" << YAML::Value << exactText(t.z()) << YAML::EndMap
-      << YAML::Comment("m");
-  out << YAML::Key << "rotation" << YAML::Value << YAML::Flow << YAML::BeginMap << YAML::Key << "x"
-      << YAML::Value << exactText(q.x()) << YAML::Key << "y" << YAML::Value << exactText(q.y())
-      << YAML::Key << "z" << YAML::Value << exactText(q.z()) << YAML::Key << "w" << YAML::Value
-      << exactText(q.w()) << YAML::EndMap;
-  writeSpread(out, "spread_mm", mount.spread_mm, 3);
-  writeSpread(out, "spread_deg", mount.spread_deg, 4);
-  writePoses(out, mount);
-  out << YAML::EndMap;
-  return std::string("# From the link to the projector, by `afterglow calibrate mount`.\n") +
-         out.c_str() + "\n";
+  std::string text = fmt::format(
+      "# From the link to the projector, by `afterglow calibrate mount`.\n"
+      "parent_frame: {}\nchild_frame: {}\ntranslation: {{x: {}, y: {}, z: {}}}  # m\n"
+      "rotation: {{x: {}, y: {}, z: {}, w: {}}}\nspread_mm: {}\nspread_deg: {}\nposes:\n",
+      yamlText(frames.link), yamlText(frames.projector), exactText(t.x()), exactText(t.y()),
+      exactText(t.z()), exactText(q.x()), exactText(q.y()), exactText(q.z()), exactText(q.w()),
+      spreadText(mount.spread_mm, 3), spreadText(mount.spread_deg, 4));
+  for (const MountDeviation& pose : mount.poses) {
+    text += fmt::format("  - {{name: {}, deviation_mm: {}, deviation_deg: {}, used: {}}}\n",
+                        yamlText(pose.name), fixedText(pose.mm, 3), fixedText(pose.deg, 4),
+                        pose.is_used);
+  }
+  return text;
 }
 
 std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames,

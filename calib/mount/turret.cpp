@@ -7,28 +7,23 @@
 
 #include "calib/number_text.hpp"
 #include "calib/yaml_source.hpp"
+#include "calib/yaml_text.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-std::string listText(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
-  std::vector<std::string> texts;
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) texts.push_back(exactText(numbers[i]));
-  return fmt::format("[{}]", fmt::join(texts, ", "));
-}
-
 std::string poseText(const Eigen::Isometry3d& T) {
   const Eigen::Quaterniond q = Eigen::Quaterniond(T.linear()).normalized();
-  return fmt::format("{{translation: {}, rotation: {}}}", listText(T.translation()),
-                     listText(q.coeffs()));
+  return fmt::format("{{translation: {}, rotation: {}}}", yamlNumbers(T.translation()),
+                     yamlNumbers(q.coeffs()));
 }
 
 std::string jointText(const TurretJoint& joint) {
   return fmt::format(
       "  - parent: {}\n    link: {}\n    correction: {}\n    axis: {}\n    middle: {}\n"
       "    scale: {}\n",
-      joint.parent, joint.link, poseText(joint.correction), listText(joint.axis),
-      listText(joint.R_parent_middle.coeffs()), exactText(joint.scale));
+      joint.parent, joint.link, poseText(joint.correction), yamlNumbers(joint.axis),
+      yamlNumbers(joint.R_parent_middle.coeffs()), exactText(joint.scale));
 }
 
 /// Names come from people's files.

@@ -2,7 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "calib/number_text.hpp"
+#include "calib/yaml_text.hpp"
+
 
 namespace afterglow::calib {
 
@@ -13,46 +14,16 @@ const ParameterName kParameterNames[kCalibrationParameters] = {
 
 namespace {
 
-/// Double quotes take any text, and every YAML reader agrees on them.
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : text) {
-    if (letter == '"' || letter == '\\') {
-      result += '\\';
-      result += letter;
-    } else if (static_cast<unsigned char>(letter) < 0x20) {
-      result += fmt::format("\\x{:02x}", static_cast<unsigned>(letter));
-    } else {
-      result += letter;
-    }
-  }
-  return result + '"';
-}
-
-/// Formats a matrix in brackets, row-major.
-template <typename Matrix>
-std::string flat(const Eigen::MatrixBase<Matrix>& matrix) {
-  std::vector<std::string> numbers;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
-      numbers.push_back(exactText(matrix(row, column)));
-    }
-  }
-  return fmt::format("[{}]", fmt::join(numbers, ", "));
-}
-
 template <typename Matrix>
 std::string rows(const Matrix& matrix) {
   std::string text;
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    text += "  - " + flat(matrix.row(row)) + "\n";
-  }
+  for (const std::string& row : yamlRows(matrix)) text += "  - " + row + "\n";
   return text;
 }
 
 /// So many of a lens's terms.
 std::string terms(const Lens& lens, std::size_t count) {
-  return flat(Eigen::Map<const Eigen::RowVectorXd>(lens.D.data(), Eigen::Index(count)));
+  return yamlNumbers(Eigen::Map<const Eigen::RowVectorXd>(lens.D.data(), Eigen::Index(count)));
 }
 
 std::string matrixBlock(const std::string& key, int row_count, int column_count,
@@ -63,17 +34,17 @@ std::string matrixBlock(const std::string& key, int row_count, int column_count,
 
 std::string lensBlock(const std::string& key, const Lens& lens) {
   return fmt::format("{}:\n  width: {}\n  height: {}\n  K: {}\n  D: {}\n{}", key, lens.width,
-                     lens.height, flat(lens.K), terms(lens, lens.D.size()),
+                     lens.height, yamlNumbers(lens.K), terms(lens, lens.D.size()),
                      lens.model == LensModel::Equidistant ? "  model: equidistant\n" : "");
 }
 
 std::string viewLine(const ViewResult& view) {
-  std::string text = "  - {name: " + quoted(view.name) +
+  std::string text = "  - {name: " + yamlText(view.name) +
                      ", used: " + (view.is_used ? "true" : "false") +
                      ", training_rms_px: " + exactText(view.projected_rms_px);
   if (view.held_out_px) text += ", held_out_px: " + exactText(*view.held_out_px);
   if (view.held_out_mm) text += ", held_out_mm: " + exactText(*view.held_out_mm);
-  if (!view.reason.empty()) text += ", reason: " + quoted(view.reason);
+  if (!view.reason.empty()) text += ", reason: " + yamlText(view.reason);
   return text + "}\n";
 }
 
@@ -107,20 +78,20 @@ std::string projectorYaml(const Lens& projector, const std::string& name) {
   Eigen::Matrix<double, 3, 4> P = Eigen::Matrix<double, 3, 4>::Zero();
   P.leftCols<3>() = projector.K;
   return "image_width: " + std::to_string(projector.width) +
-         "\nimage_height: " + std::to_string(projector.height) + "\ncamera_name: " + quoted(name) +
-         "\n" + matrixBlock("camera_matrix", 3, 3, flat(projector.K)) +
+         "\nimage_height: " + std::to_string(projector.height) + "\ncamera_name: " + yamlText(name) +
+         "\n" + matrixBlock("camera_matrix", 3, 3, yamlNumbers(projector.K)) +
          "distortion_model: " + distortionModel(projector) + "\n" +
          matrixBlock("distortion_coefficients", 1, static_cast<int>(count),
                      terms(projector, count)) +
-         matrixBlock("rectification_matrix", 3, 3, flat(Eigen::Matrix3d::Identity())) +
-         matrixBlock("projection_matrix", 3, 4, flat(P));
+         matrixBlock("rectification_matrix", 3, 3, yamlNumbers(Eigen::Matrix3d::Identity())) +
+         matrixBlock("projection_matrix", 3, 4, yamlNumbers(P));
 }
 
 std::string transformYaml(const Rigid<Camera, Projector>& T_camera_projector,
                           const CalibrationNames& names) {
   return "# p_camera = T_camera_projector * p_projector; optical frames (x right, y down, z "
          "forward), meters.\nparent_frame: " +
-         quoted(names.camera_frame) + "\nchild_frame: " + quoted(names.projector_frame) +
+         yamlText(names.camera_frame) + "\nchild_frame: " + yamlText(names.projector_frame) +
          "\nT_camera_projector:\n" + rows(T_camera_projector.matrix().matrix());
 }
 
@@ -129,9 +100,9 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationNam
   std::string text =
       "# The evidence behind projector.yaml and T_camera_projector.yaml. Pixels, meters, radians; "
       "errors in mm say so.\nformat: 1\ndate: " +
-      quoted(date) + "\nprojector_name: " + quoted(names.projector_name) +
-      "\nparent_frame: " + quoted(names.camera_frame) +
-      "\nchild_frame: " + quoted(names.projector_frame) + "\n" +
+      yamlText(date) + "\nprojector_name: " + yamlText(names.projector_name) +
+      "\nparent_frame: " + yamlText(names.camera_frame) +
+      "\nchild_frame: " + yamlText(names.projector_frame) + "\n" +
       lensBlock("projector", calibration.estimate.projector) + "T_camera_projector:\n" +
       rows(calibration.estimate.T_camera_projector.matrix().matrix()) +
       lensBlock("camera", calibration.camera) + "# As it was given.\n" +
@@ -146,7 +117,7 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationNam
       "\n# 95 % of the light that the camera sees is closer to its place, with 95 % certainty.\n"
       "light_mm: " +
       lightMap(calibration) + "\n# Of calib/solver/board_shape.hpp.\nboard_shape: " +
-      flat(calibration.board_shape.parameters.transpose()) +
+      yamlNumbers(calibration.board_shape.parameters.transpose()) +
       "\ntraining_rms_px: " + exactText(calibration.training_rms_px) +
       "\nboard_rms_px: " + exactText(calibration.board_rms_px) +
       "\ncoverage: " + exactText(calibration.coverage.share()) +
@@ -154,7 +125,7 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationNam
       (calibration.views.empty() ? "\nviews: []\n" : "\nviews:\n");
   for (const ViewResult& view : calibration.views) text += viewLine(view);
   text += calibration.warnings.empty() ? "warnings: []\n" : "warnings:\n";
-  for (const std::string& warning : calibration.warnings) text += "  - " + quoted(warning) + "\n";
+  for (const std::string& warning : calibration.warnings) text += "  - " + yamlText(warning) + "\n";
   return text +
          "# w: rotation vector, T_camera_projector * exp(w); t: translation in the camera's "
          "frame.\nparameters: " +

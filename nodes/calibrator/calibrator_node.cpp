@@ -57,7 +57,7 @@ CalibratorNode::CalibratorNode(const CalibratorOptions& options, const calib::Bo
   advertise("take", [this] { return session_.takeView(); });
   advertise("solve", [this] { return session_.solveNow(); });
   advertise("discard_last", [this] { return session_.discardLast(); });
-  watching_ = std::thread([this] { watchLoop(); });
+  watching_.begin();
 }
 
 CalibratorNode::~CalibratorNode() { stop(); }
@@ -76,8 +76,8 @@ void CalibratorNode::advertise(const char* service, std::function<Answer()> answ
 
 void CalibratorNode::stop() {
   const std::lock_guard<std::mutex> lock(stop_mutex_);
-  is_stopping_ = true;
-  if (watching_.joinable()) watching_.join();
+  watching_.stop();
+  solver_.stop();
   screen_.show(calib::Shown::Black);
 }
 
@@ -87,19 +87,16 @@ void CalibratorNode::tell(const std::string& text) {
 
 // ------------------------------------------------------------------------------------- watching
 
-void CalibratorNode::watchLoop() {
-  while (!is_stopping_) {
-    try {
-      std::optional<CameraImage> image = camera_.take(kImagePatience);
-      takeSolution();
-      if (image) onImage(std::move(*image));
-      startSolving();
-    } catch (const std::exception& error) {  // a full disk, a hostile message: the next may do
-      image_problem_ = error.what();
-    }
-    showAndSay();
+void CalibratorNode::watch() {
+  try {
+    std::optional<CameraImage> image = camera_.take(kImagePatience);
+    takeSolution();
+    if (image) onImage(std::move(*image));
+    startSolving();
+  } catch (const std::exception& error) {  // a full disk, a hostile message: the next may do
+    image_problem_ = error.what();
   }
-  solver_.stop();
+  showAndSay();
 }
 
 void CalibratorNode::onImage(CameraImage image) {

@@ -12,12 +12,10 @@
 
 #include <ros/ros.h>
 
-#include <atomic>
 #include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "calib/guide/view_builder.hpp"
@@ -28,6 +26,7 @@
 #include "nodes/calibrator/camera_subscriber.hpp"
 #include "nodes/calibrator/pattern_screen.hpp"
 #include "nodes/tools/calibration_folder.hpp"
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -51,7 +50,7 @@ class CalibratorNode {
   using Answer = CalibrationSession::Answer;
   void advertise(const char* service, std::function<Answer()> answer);
 
-  void watchLoop();
+  void watch();
   void onImage(CameraImage image);
   /// Returns true if the camera's lens is known and of this image; begins the session if it waits
   /// for that.
@@ -73,13 +72,13 @@ class CalibratorNode {
   std::string image_problem_;  ///< empty: there is none
 
   std::mutex stop_mutex_;
-  std::atomic<bool> is_stopping_{false};
   ros::NodeHandle own_{"~"};
   PatternScreen screen_;
   CalibratorTopics topics_;
   CameraSubscriber camera_;
   std::vector<ros::ServiceServer> services_;
-  std::thread watching_;  ///< last: uses all of the above
+  /// Last: it uses all of the above. camera_ sets its pace.
+  replay::RepeatingThread watching_{std::chrono::nanoseconds(0), [this] { watch(); }};
 };
 
 }  // namespace afterglow::nodes

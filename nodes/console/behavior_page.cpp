@@ -1,7 +1,6 @@
 #include "nodes/console/behavior_page.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,16 +14,6 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kLaneHeight = 34, kLaneLabel = 18, kLaneRow = 10;  // px
-
-/// `type`: "image/jpeg".
-std::string dataUri(const std::string& type, const std::string& bytes) {
-  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                   reinterpret_cast<const unsigned char*>(bytes.data()),
-                                   static_cast<int>(bytes.size()));
-  text.resize(static_cast<std::size_t>(size));
-  return "data:" + type + ";base64," + text;
-}
 
 std::string trackTime(double seconds) {
   const auto ms = std::llround(std::max(seconds, 0.0) * 1000);

@@ -181,7 +181,7 @@ void ConsoleNode::answerPost(const HttpRequest& request, const Respond& respond)
   });
 }
 
-void ConsoleNode::later(TaskThread& thread, const Respond& respond, Work work) {
+void ConsoleNode::later(replay::TaskThread& thread, const Respond& respond, Work work) {
   const bool is_taken = thread.post([respond, work = std::move(work)] {
     HttpResponse response;
     try {

@@ -20,7 +20,7 @@
 #include "nodes/console/player_link.hpp"
 #include "nodes/console/projected_image.hpp"
 #include "nodes/console/replay_keeper.hpp"
-#include "nodes/console/task_thread.hpp"
+#include "replay/clock/worker_thread.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -47,7 +47,7 @@ class ConsoleNode {
  private:
   using Work = std::function<HttpResponse()>;
   std::string state() const;
-  void later(TaskThread& thread, const Respond& respond, Work work);
+  void later(replay::TaskThread& thread, const Respond& respond, Work work);
   HttpResponse stop();
   HttpResponse report() const;
   HttpResponse hold(const nlohmann::json& asked);
@@ -68,7 +68,7 @@ class ConsoleNode {
   Farewell farewell_;
   ReplayKeeper keeper_;
   ConsoleEvents events_;
-  TaskThread rehearsals_, commands_;  ///< what listens for seconds; what the player answers
+  replay::TaskThread rehearsals_, commands_;  ///< what listens for seconds; what the player answers
 };
 
 }  // namespace afterglow::nodes

@@ -7,10 +7,11 @@
 
 #include <chrono>
 #include <cstddef>
-#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+
+#include "nodes/tools/diagnostics.hpp"
 
 namespace afterglow::nodes {
 
@@ -30,16 +31,10 @@ class HeardDiagnostics {
   nlohmann::ordered_json recorder() const;
 
  private:
-  using Time = std::chrono::steady_clock::time_point;
-  struct Heard {
-    diagnostic_msgs::DiagnosticStatus status;
-    Time at{};
-    double received = 0, hz = 0;  ///< messages of a layer, and how many a second
-  };
   void hear(const diagnostic_msgs::DiagnosticArray& array);
 
   mutable std::mutex mutex_;
-  std::map<std::string, Heard> heard_;  ///< by name
+  HeardStatuses statuses_{kMost};
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
 };

@@ -13,7 +13,7 @@
 
 #include "nodes/console/play_wish.hpp"
 #include "nodes/console/player_link.hpp"
-#include "nodes/console/task_thread.hpp"
+#include "replay/clock/worker_thread.hpp"
 #include "replay/motion/hold_to_run.hpp"
 
 namespace afterglow::nodes {
@@ -97,7 +97,7 @@ class ReplayKeeper {
   std::optional<Report> report_;
   std::uint64_t reports_ = 0, stops_ = 0;
   bool is_ending_ = false;
-  TaskThread stopper_;  ///< of ~stop, which may hang with its player
+  replay::TaskThread stopper_;  ///< of ~stop, which may hang with its player
   std::thread thread_;
 };
 

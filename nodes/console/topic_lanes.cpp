@@ -70,9 +70,7 @@ class LaneReader {
     lane.count = topic.count;
     lane.first = seconds(topic.first);
     lane.last = seconds(topic.last);
-    if (topic.count > 1 && lane.last > lane.first) {
-      lane.hz = static_cast<double>(topic.count - 1) / (lane.last - lane.first);
-    }
+    lane.hz = topic.rate_hz();
     lane.role = roleWord(replay::roleOf(topic.topic, topic.type), topic.topic, topic.type);
     lane.is_context = is_context;
     if (is_context) lane.why_not = "it is not the behavior's own";

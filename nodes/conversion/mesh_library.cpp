@@ -57,22 +57,17 @@ const char* endOf(int status) {
 }  // namespace
 
 MeshLibrary::MeshLibrary(std::vector<std::string> roots, render::MeshFileLimits limits, Read read)
-    : roots_(std::move(roots)), roots_are_packages_(roots_.empty()), read_(std::move(read)) {
+    : roots_(std::move(roots)),
+      roots_are_packages_(roots_.empty()),
+      read_(std::move(read)),
+      thread_(kMostRequests) {
   if (read_) return;
   read_ = [this, limits](const std::string& path, const std::string& root) {
     return readMeshFile(program_, path, root, limits);
   };
 }
 
-MeshLibrary::~MeshLibrary() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_ended_ = true;
-  }
-  asked_for_.notify_all();
-  program_.end();
-  if (thread_.joinable()) thread_.join();
-}
+MeshLibrary::~MeshLibrary() { program_.end(); }
 
 std::shared_future<MaybeMesh> MeshLibrary::ask(const std::string& resource) {
   if (resource.empty()) return ready(refused<render::SharedBody>("no mesh_resource"));
@@ -88,14 +83,20 @@ std::shared_future<MaybeMesh> MeshLibrary::ask(const std::string& resource) {
   }
   const auto asked = asked_.find(resource);
   if (asked != asked_.end()) return asked->second;
-  if (requests_.size() >= kMostRequests) {
+  const auto promise = std::make_shared<std::promise<Mesh>>();
+  const auto future = promise->get_future().share();
+  const bool is_posted = thread_.post([this, resource, promise] {
+    MaybeMesh mesh = answer(resource, read(resource));
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      asked_.erase(resource);
+    }
+    promise->set_value(std::move(mesh));
+  });
+  if (!is_posted) {
     return ready(refused<render::SharedBody>("more than 256 meshes wait to be read"));
   }
-  requests_.push_back({resource, {}});
-  const auto future = requests_.back().answer.get_future().share();
   asked_.emplace(resource, future);
-  if (!thread_.joinable()) thread_ = std::thread([this] { readRequests(); });
-  asked_for_.notify_all();
   return future;
 }
 
@@ -106,22 +107,6 @@ const MeshLibrary::Entry* MeshLibrary::known(const Key& key) const {
   const bool is_old =
       !found->second.mesh.value && std::chrono::steady_clock::now() > found->second.retry_at;
   return is_old ? nullptr : &found->second;
-}
-
-void MeshLibrary::readRequests() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (true) {
-    asked_for_.wait(lock, [this] { return is_ended_ || !requests_.empty(); });
-    if (is_ended_) return;
-    const std::string resource = requests_.front().resource;
-    lock.unlock();
-    MaybeMesh mesh = answer(resource, read(resource));
-    lock.lock();
-    Request request = std::move(requests_.front());
-    requests_.pop_front();
-    asked_.erase(resource);
-    request.answer.set_value(std::move(mesh));
-  }
 }
 
 MaybeMesh MeshLibrary::read(const std::string& resource) {

@@ -5,15 +5,12 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <future>
 #include <map>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,6 +18,7 @@
 #include "nodes/tools/program.hpp"
 #include "render/mesh_file.hpp"
 #include "render/scene/scene.hpp"
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -37,7 +35,7 @@ class MeshLibrary {
   /// this machine. package:// always stays in its package. `read`: instead of readMeshFile.
   explicit MeshLibrary(std::vector<std::string> roots = {}, render::MeshFileLimits limits = {},
                        Read read = {});
-  /// Ends a reading; what has been asked for and not been read is never answered.
+  /// Ends a reading; what has been asked for and not been read is never answered, or refused.
   ~MeshLibrary();
 
   /// "package://NAME/PATH" or "file:///PATH", without "..". A refusal's reason names the resource;
@@ -57,20 +55,14 @@ class MeshLibrary {
   struct Place {
     std::string path, root;
   };
-  struct Request {
-    std::string resource;
-    std::promise<Mesh> answer;
-  };
 
-  void readRequests();
   Mesh read(const std::string& resource);
   Mesh load(const Place& place);
   const Entry* known(const Key& key) const;
   Converted<Place> find(const std::string& resource);
   void makeRoom();
 
-  std::vector<std::string> roots_;  ///< folders, and what follows, for the reading thread alone,
-                                    ///< once it runs
+  std::vector<std::string> roots_;  ///< folders, and what follows, for the reading thread alone
   bool roots_are_packages_;
   EndableProgram program_;
   Read read_;
@@ -78,11 +70,8 @@ class MeshLibrary {
   std::map<std::string, Key> names_;
   std::map<Key, Entry> entries_;
   std::uint64_t uses_ = 0;
-  std::deque<Request> requests_;  ///< the first one is being read
   std::map<std::string, std::shared_future<Mesh>> asked_;
-  bool is_ended_ = false;
-  std::condition_variable asked_for_;
-  std::thread thread_;  ///< runs from the first request on
+  replay::TaskThread thread_;  ///< last: its tasks use all of the above
 };
 
 /// Does what render::loadMeshFile does in a program of its own. Starts afterglow_mesh_reader, which

@@ -6,16 +6,14 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
 namespace fs = std::filesystem;
 
 const std::string kPackage = "package://", kFile = "file://";
-
-bool begins(const std::string& text, const std::string& with) {
-  return text.compare(0, with.size(), with) == 0;
-}
 
 bool isPackageName(const std::string& name) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -43,8 +41,8 @@ ResourceFile resourceFile(const std::string& uri) {
   if (std::find(parts.begin(), parts.end(), "..") != parts.end()) {
     throw std::runtime_error("'..' is not followed");
   }
-  if (begins(uri, kPackage)) return fileInPackage(uri.substr(kPackage.size()));
-  if (!begins(uri, kFile)) throw std::runtime_error("neither package:// nor file://");
+  if (replay::beginsWith(uri, kPackage)) return fileInPackage(uri.substr(kPackage.size()));
+  if (!replay::beginsWith(uri, kFile)) throw std::runtime_error("neither package:// nor file://");
   const std::string path = uri.substr(kFile.size());
   if (path.empty() || path.front() != '/') throw std::runtime_error("not file:///PATH");
   return {path, {}};

@@ -11,6 +11,7 @@
 #include "nodes/pages/page_numbers.hpp"
 #include "nodes/pages/residual_lines.hpp"
 #include "nodes/pages/time_plot.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -52,7 +53,7 @@ void addPhotographs(const std::vector<ViewResult>& views,
     view["index"] = i;
     view["drawing"] = photograph(views[i], photographs, magnification);
     const auto outliers = view.value("outliers", std::uint64_t(0));
-    view["outlier_text"] = outliers > 0 ? counted(outliers, "outlier") : "";
+    view["outlier_text"] = outliers > 0 ? replay::counted(outliers, "outlier") : "";
     view["is_seen"] = !views[i].residuals.empty();
   }
 }

@@ -1,5 +1,6 @@
 #include "nodes/pages/page.hpp"
 
+#include <openssl/evp.h>
 #include <utf8.h>
 
 #include <algorithm>
@@ -32,24 +33,6 @@ std::string inPage(char letter) {
   }
 }
 
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr char kLetters[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = unsigned(bytes[i]) << 16;
-    if (left > 1) group |= unsigned(bytes[i + 1]) << 8;
-    if (left > 2) group |= unsigned(bytes[i + 2]);
-    text += kLetters[group >> 18];
-    text += kLetters[group >> 12 & 63];
-    text += left > 1 ? kLetters[group >> 6 & 63] : '=';
-    text += left > 2 ? kLetters[group & 63] : '=';
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string escaped(const std::string& text) {
@@ -64,8 +47,18 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
+std::string dataUri(const std::string& type, std::string_view bytes) {
+  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
+  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                   reinterpret_cast<const unsigned char*>(bytes.data()),
+                                   static_cast<int>(bytes.size()));
+  text.resize(static_cast<std::size_t>(size));
+  return "data:" + type + ";base64," + text;
+}
+
 std::string imageUri(const calib::Picture& picture, int widest) {
-  return "data:image/jpeg;base64," + base64(calib::jpegOf(picture, widest));
+  const std::vector<std::uint8_t> jpeg = calib::jpegOf(picture, widest);
+  return dataUri("image/jpeg", {reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});
 }
 
 std::string twoDigits(double value) {

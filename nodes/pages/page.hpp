@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace afterglow::calib {
@@ -33,6 +34,8 @@ std::string makePage(const std::string& name, PageData data);
 /// no page may hold, become U+FFFD, and so do bytes that are no UTF-8.
 std::string escaped(const std::string& text);
 
+/// `bytes` as a URI; `type`: "image/jpeg".
+std::string dataUri(const std::string& type, std::string_view bytes);
 /// The picture as JPEG in a data URI, at most `widest` pixels wide.
 std::string imageUri(const calib::Picture& picture, int widest);
 

@@ -30,11 +30,6 @@ inline std::string plannedText(const replay::PlannedTopic& topic,
   return played.replaced > 0 ? "-" : std::to_string(topic.count);
 }
 
-/// "1 drive", "2 drives".
-inline std::string counted(std::uint64_t count, const std::string& thing) {
-  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
-}
-
 /// Formats the error of a joint, in mm or degrees, with its sign; `degree` is how that is written
 /// there.
 inline std::string jointErrorText(bool is_sliding, double error, const std::string& degree) {

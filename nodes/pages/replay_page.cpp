@@ -7,6 +7,7 @@
 #include "nodes/pages/page.hpp"
 #include "nodes/pages/page_numbers.hpp"
 #include "nodes/pages/replay_plots.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -54,7 +55,7 @@ void addWaits(const replay::InStep& in_step, PageData& facts) {
     facts.push_back(fact("Waited", "no", "nothing waited for the body"));
   } else if (in_step.wait_count > 0) {
     facts.push_back(fact("Waited", inSeconds(in_step.waited_s),
-                         counted(in_step.wait_count, "time") + ", for the body"));
+                         replay::counted(in_step.wait_count, "time") + ", for the body"));
   }
   for (const auto& [modality, skew] : in_step.skew) {
     facts.push_back(fact("Skew to the body, p95",
@@ -153,9 +154,9 @@ PageData base(const PlayReport& report) {
   data["driven"] = {
       {"length_m", driven.length},
       {"frame", driven.frame},
-      {"drives", counted(driven.drives.size(), "drive")},
+      {"drives", replay::counted(driven.drives.size(), "drive")},
       {"largest_m", summary.largest_distance},
-      {"corrections", counted(static_cast<std::uint64_t>(summary.corrections), "correction")},
+      {"corrections", replay::counted(static_cast<std::uint64_t>(summary.corrections), "correction")},
       {"drift_m", summary.drift_distance},
       {"drift_deg", summary.drift_turn * kDegreesPerRadian},
       {"delay_s", driven.delay},
@@ -186,7 +187,7 @@ PageData topicRow(const PlannedTopic& topic, const TopicReport& played) {
     row[key] = lateText(played.lateness, q);
   }
   if (played.replaced > 0) {
-    row["remark"] = counted(played.replaced, "velocity command") +
+    row["remark"] = replay::counted(played.replaced, "velocity command") +
                     " replaced: the base was driven along its track";
   }
   return row;

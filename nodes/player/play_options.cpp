@@ -15,6 +15,7 @@
 #include "nodes/player/robot_file.hpp"
 #include "replay/clock/timeline.hpp"
 #include "replay/messages/ranges.hpp"
+#include "replay/messages/text.hpp"
 #include "replay/plan/modality_options.hpp"
 #include "replay/query/nearest.hpp"
 
@@ -632,7 +633,7 @@ const std::vector<FormerOption>& formerOptions() {
 std::string complaintOf(const PlayOption& option, const std::string& text) {
   if (!option.complaint) return "";
   const bool is_list = option.kind == Kind::List;
-  for (const std::string& each : is_list ? replay::splitAtCommas(text) : OptionTexts{text}) {
+  for (const std::string& each : is_list ? replay::splitAt(',', text) : OptionTexts{text}) {
     if (const std::string complaint = option.complaint(each); !complaint.empty()) return complaint;
   }
   return "";
@@ -648,7 +649,7 @@ void giveOption(ReplayRequest& request, const PlayOption& option, Texts texts) {
       throw std::invalid_argument(option.name + ": " + complaint);
     }
     const bool is_list = option.kind == Kind::List;
-    const OptionTexts parts = is_list ? replay::splitAtCommas(text) : OptionTexts{text};
+    const OptionTexts parts = is_list ? replay::splitAt(',', text) : OptionTexts{text};
     all.insert(all.end(), parts.begin(), parts.end());
   }
   option.set(request, all);

@@ -61,22 +61,16 @@ DriftWatch::DriftWatch(const WatchConfig& config, const tf2::BufferCore& transfo
     : config_(config),
       transforms_(transforms),
       detector_(config.layout.family, kDecimation),
-      looked_at_(Clock::now()) {
+      looked_at_(Clock::now()),
+      thread_(std::chrono::duration_cast<Clock::duration>(
+                  std::chrono::duration<double>(config_.period_s)),
+              [this] { run(); }) {
   newest_.problem = "has not looked yet";
   if (const auto* file = std::get_if<CameraFile>(&config_.camera_info)) {
     camera_ = calib::loadCameraInfo(file->path).lens;
   }
   nh_.setCallbackQueue(&queue_);
-  thread_ = std::thread([this] { run(); });
-}
-
-DriftWatch::~DriftWatch() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_stopping_ = true;
-  }
-  stopping_.notify_all();
-  thread_.join();
+  thread_.begin();
 }
 
 diagnostic_msgs::DiagnosticStatus DriftWatch::status(const std::string& node) const {
@@ -87,30 +81,15 @@ diagnostic_msgs::DiagnosticStatus DriftWatch::status(const std::string& node) co
 
 void DriftWatch::run() {
   setpriority(PRIO_PROCESS, 0, kNiceness);  // on Linux: of this thread
-  const auto period =
-      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(config_.period_s));
-  bool goes_on = true;
-  while (goes_on) {
-    const auto begin = Clock::now();
-    WatchLook found;
-    try {
-      found = look();
-    } catch (const std::exception& error) {  // pictures and lenses come from the network
-      found.problem = error.what();
-    }
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      newest_ = std::move(found);
-      looked_at_ = Clock::now();
-    }
-    goes_on = sleepUntil(begin + period);
+  WatchLook found;
+  try {
+    found = look();
+  } catch (const std::exception& error) {  // pictures and lenses come from the network
+    found.problem = error.what();
   }
-}
-
-/// False if the watch ends.
-bool DriftWatch::sleepUntil(Clock::time_point when) const {
-  std::unique_lock<std::mutex> lock(mutex_);
-  return !stopping_.wait_until(lock, when, [this] { return is_stopping_; });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  newest_ = std::move(found);
+  looked_at_ = Clock::now();
 }
 
 std::string DriftWatch::waitForCamera() {
@@ -133,7 +112,7 @@ std::string DriftWatch::waitForCamera() {
   while (!image_ || lacks_info()) {
     queue_.callAvailable();
     if (image_ && !lacks_info()) break;
-    if (Clock::now() > end || !sleepUntil(Clock::now() + kPoll)) {
+    if (Clock::now() > end || !thread_.sleepUntil(Clock::now() + kPoll)) {
       return "nothing on " + (image_ ? info_topic->name : config_.image_topic) + " for " +
              calib::fixedText(patience_s, 0) + " s";
     }
@@ -147,7 +126,7 @@ std::optional<Rigid<Camera, Surface>> DriftWatch::cameraPose(const std_msgs::Hea
   const auto end = Clock::now() + kTransformPatience;
   try {
     while (!transforms_.canTransform(camera, config_.layout.frame, header.stamp)) {
-      if (Clock::now() > end || !sleepUntil(Clock::now() + kPoll)) return std::nullopt;
+      if (Clock::now() > end || !thread_.sleepUntil(Clock::now() + kPoll)) return std::nullopt;
     }
     return Rigid<Camera, Surface>(toIsometry(
         transforms_.lookupTransform(camera, config_.layout.frame, header.stamp).transform));

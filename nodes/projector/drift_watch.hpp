@@ -12,16 +12,15 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "calib/detection/tag_detector.hpp"
 #include "calib/lens.hpp"
 #include "calib/verify/tag_layout.hpp"
 #include "nodes/projector/watch_config.hpp"
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -43,9 +42,6 @@ class DriftWatch {
   /// The buffer is filled by somebody else and outlives this. Throws std::runtime_error if the
   /// camera_info is a file that cannot be read.
   DriftWatch(const WatchConfig& config, const tf2::BufferCore& transforms);
-  ~DriftWatch();
-  DriftWatch(const DriftWatch&) = delete;
-  DriftWatch& operator=(const DriftWatch&) = delete;
 
   /// Returns the status of the newest look, without waiting for one; from any thread.
   diagnostic_msgs::DiagnosticStatus status(const std::string& node) const;
@@ -59,7 +55,6 @@ class DriftWatch {
   std::string waitForCamera();
   /// T_camera_surface at the image's time, waiting a little for tf; empty if tf does not know it.
   std::optional<Rigid<Camera, Surface>> cameraPose(const std_msgs::Header& header) const;
-  bool sleepUntil(Clock::time_point when) const;
 
   const WatchConfig config_;
   const tf2::BufferCore& transforms_;
@@ -71,12 +66,10 @@ class DriftWatch {
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
 
-  mutable std::mutex mutex_;  ///< newest_, looked_at_, is_stopping_
-  mutable std::condition_variable stopping_;
+  mutable std::mutex mutex_;  ///< newest_, looked_at_
   WatchLook newest_;
   Clock::time_point looked_at_;
-  bool is_stopping_ = false;
-  std::thread thread_;  ///< last: uses all of the above
+  replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
 }  // namespace afterglow::nodes

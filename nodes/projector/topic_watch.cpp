@@ -28,15 +28,8 @@ TopicSources ask(const std::vector<std::string>& topics) {
 }  // namespace
 
 TopicWatch::TopicWatch(std::vector<std::string> topics)
-    : topics_(std::move(topics)), thread_([this] { run(); }) {}
-
-TopicWatch::~TopicWatch() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_stopped_ = true;
-  }
-  stopped_.notify_all();
-  thread_.join();
+    : topics_(std::move(topics)), thread_(kBetween, [this] { look(); }) {
+  thread_.begin();
 }
 
 TopicSources TopicWatch::sources() const {
@@ -44,18 +37,15 @@ TopicSources TopicWatch::sources() const {
   return sources_;
 }
 
-void TopicWatch::run() {
-  for (;;) {
-    TopicSources sources;
-    try {
-      sources = ask(topics_);
-    } catch (const std::exception&) {
-      // Without a master nobody knows; what is connected goes on.
-    }
-    std::unique_lock<std::mutex> lock(mutex_);
-    sources_ = std::move(sources);
-    if (stopped_.wait_for(lock, kBetween, [this] { return is_stopped_; })) return;
+void TopicWatch::look() {
+  TopicSources sources;
+  try {
+    sources = ask(topics_);
+  } catch (const std::exception&) {
+    // Without a master nobody knows; what is connected goes on.
   }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  sources_ = std::move(sources);
 }
 
 }  // namespace afterglow::nodes

@@ -3,12 +3,12 @@
 /// type than the publisher's stays silent, and roscpp says so in the publisher's log alone.
 #pragma once
 
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
+
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -24,22 +24,17 @@ using TopicSources = std::map<std::string, TopicSource>;
 class TopicWatch {
  public:
   explicit TopicWatch(std::vector<std::string> topics);
-  TopicWatch(const TopicWatch&) = delete;
-  TopicWatch& operator=(const TopicWatch&) = delete;
-  ~TopicWatch();
 
   /// Returns the sources as of the last answer; empty while there is none. Any thread.
   TopicSources sources() const;
 
  private:
-  void run();
+  void look();
 
   const std::vector<std::string> topics_;
   mutable std::mutex mutex_;  ///< guards what follows
-  std::condition_variable stopped_;
-  bool is_stopped_ = false;
   TopicSources sources_;
-  std::thread thread_;  ///< last: uses all of the above
+  replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
 }  // namespace afterglow::nodes

@@ -1,22 +1,17 @@
 #include "nodes/recorder/recorder_status.hpp"
 
-#include <diagnostic_msgs/KeyValue.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+
+#include "nodes/tools/diagnostics.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 using Level = replay::DiskState::Level;
-
-void addValue(DiagnosticStatus& status, const std::string& key, const std::string& value) {
-  diagnostic_msgs::KeyValue entry;
-  entry.key = key;
-  entry.value = value;
-  status.values.push_back(entry);
-}
 
 std::string rate(std::uint64_t now, std::uint64_t before, double seconds) {
   return fmt::format("{:.1f}", static_cast<double>(now - before) / seconds);
@@ -44,8 +39,7 @@ void judge(const RecorderState& state, DiagnosticStatus& status) {
   } else {
     status.level = DiagnosticStatus::OK;
     status.message = state.running == 0 ? "ready"
-                                        : "recording " + std::to_string(state.running) +
-                                              (state.running == 1 ? " behavior" : " behaviors");
+                                        : "recording " + replay::counted(state.running, "behavior");
   }
 }
 

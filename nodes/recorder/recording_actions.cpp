@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <iterator>
-#include <sstream>
 #include <stdexcept>
+
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 
@@ -35,10 +36,7 @@ RecordBehaviorResult RecordBehaviorTranslation::result(std::int64_t id,
 RecordingRequest MongoDBLoggerTranslation::request(const mongodb::MongoDBLoggerGoal& goal) {
   RecordingRequest request;
   request.behavior.name = "mongodb_logger";
-  std::istringstream names(goal.topics.data);
-  std::string name;
-  while (std::getline(names, name, ':')) {
-    if (name.empty()) continue;
+  for (const std::string& name : replay::splitAt(':', goal.topics.data)) {
     // The original resolves names as rostopic does.
     request.behavior.topics.push_back(name.front() == '/' ? name : "/" + name);
   }

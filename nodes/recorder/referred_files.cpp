@@ -11,6 +11,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/resource_file.hpp"
+#include "replay/messages/text.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -25,10 +26,7 @@ bool isSoundOrMesh(const fs::path& path) {
   static const std::set<std::string> kKnown = {".wav",  ".ogg", ".oga",  ".mp3", ".flac",
                                                ".aiff", ".stl", ".stlb", ".dae", ".mesh",
                                                ".obj",  ".ply", ".glb",  ".gltf"};
-  std::string extension = path.extension();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return kKnown.count(extension) != 0;
+  return kKnown.count(replay::lowerCase(path.extension())) != 0;
 }
 
 /// An open file, closed with the object.

@@ -11,6 +11,7 @@
 #include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_files.hpp"
+#include "calib/yaml_text.hpp"
 #include "nodes/tools/yaml_map.hpp"
 
 namespace afterglow::nodes {
@@ -95,28 +96,14 @@ MountRecord readRecord(const YamlMap& map, const std::string& path, std::size_t 
 }
 
 std::string rowsText(const Eigen::Isometry3d& T) {
-  std::vector<std::string> rows;
-  for (int row = 0; row < 4; ++row) {
-    std::vector<std::string> numbers;
-    for (int column = 0; column < 4; ++column) {
-      numbers.push_back(calib::exactText(T.matrix()(row, column)));
-    }
-    rows.push_back(fmt::format("[{}]", fmt::join(numbers, ", ")));
-  }
-  return fmt::format("[{}]", fmt::join(rows, ", "));
-}
-
-std::string quoted(const std::string& text) {
-  YAML::Emitter out;
-  out << YAML::DoubleQuoted << text;
-  return out.c_str();
+  return fmt::format("[{}]", fmt::join(calib::yamlRows(T.matrix()), ", "));
 }
 
 std::string turretText(const MountRecord& record) {
   std::string text = record.links.empty() ? "" : "    turret:\n";
   for (std::size_t i = 0; i < record.T_parent_link.size(); ++i) {
-    text += "      - {parent: " + quoted(record.links[i]) + ", link: " +
-            quoted(record.links[i + 1]) +
+    text += "      - {parent: " + calib::yamlText(record.links[i]) + ", link: " +
+            calib::yamlText(record.links[i + 1]) +
             ", T_parent_link: " + rowsText(record.T_parent_link[i]) + "}\n";
   }
   return text;
@@ -186,7 +173,7 @@ void addMountRecord(const std::string& path, const MountRecord& record) {
   }
   std::string text = "# Poses for `afterglow calibrate mount --poses`.\nposes:\n";
   for (const MountRecord& each : records) {
-    text += "  - name: " + quoted(each.name) +
+    text += "  - name: " + calib::yamlText(each.name) +
             "\n    T_camera_projector: " + rowsText(each.T_camera_projector.matrix()) +
             "\n    T_link_camera: " + rowsText(each.T_link_camera.matrix()) + "\n" +
             turretText(each);

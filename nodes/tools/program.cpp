@@ -17,6 +17,8 @@
 #include <string>
 #include <system_error>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -57,8 +59,7 @@ short flagOf(ProgramStart::Leader leader) {
 bool hasProgram(const std::string& name) {
   if (name.find('/') != name.npos) return ::access(name.c_str(), X_OK) == 0;
   const char* path = std::getenv("PATH");
-  std::istringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
+  for (const std::string& folder : replay::splitAt(':', path != nullptr ? path : "")) {
     if (::access((folder + "/" + name).c_str(), X_OK) == 0) return true;
   }
   return false;

@@ -99,31 +99,9 @@ bool registerServices(const std::set<std::string>& services) {
 
 }  // namespace
 
-Registration::Registration() : thread_([this] { run(); }) {}
+Registration::Registration() : thread_(kPeriod, [this] { look(); }) { thread_.begin(); }
 
-Registration::~Registration() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_over_ = true;
-  }
-  over_.notify_all();
-  thread_.join();
-}
-
-void Registration::run() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!over_.wait_for(lock, kPeriod, [this] { return is_over_; })) {
-    lock.unlock();
-    try {
-      look();
-    } catch (const std::exception& error) {  // no master, or none that answers
-      ROS_DEBUG("%s", error.what());
-    }
-    lock.lock();
-  }
-}
-
-void Registration::look() {
+void Registration::look() try {
   const std::string& name = ros::this_node::getName();
   RosGraph graph = askMaster(deadlineIn(kMasterAnswers));
   if (graph.publishers[kLog].count(name) > 0) {
@@ -136,6 +114,8 @@ void Registration::look() {
   } else if (was_known_ && registerAgain()) {
     ROS_WARN("the ROS master has been started anew and did not know this node: it is told again");
   }
+} catch (const std::exception& error) {  // no master, or none that answers
+  ROS_DEBUG("%s", error.what());
 }
 
 /// The log last: a master that knows it has been told all.

@@ -3,12 +3,10 @@
 /// services could not be called any more, so that a recording could not be ended.
 #pragma once
 
-#include <condition_variable>
-#include <map>
-#include <mutex>
 #include <set>
 #include <string>
-#include <thread>
+
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -19,21 +17,14 @@ namespace afterglow::nodes {
 class Registration {
  public:
   Registration();
-  ~Registration();
-  Registration(const Registration&) = delete;
-  Registration& operator=(const Registration&) = delete;
 
  private:
-  void run();
   void look();
   bool registerAgain() const;
 
   std::set<std::string> services_;  ///< services of this node, as a master has told
   bool was_known_ = false;
-  std::mutex mutex_;
-  bool is_over_ = false;
-  std::condition_variable over_;
-  std::thread thread_;
+  replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
 }  // namespace afterglow::nodes

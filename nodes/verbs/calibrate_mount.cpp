@@ -22,6 +22,7 @@
 #include "nodes/tools/yaml_map.hpp"
 #include "nodes/verbs/transform_question.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -107,8 +108,7 @@ std::vector<MountRecord> gatherPoses(const CalibrateMountOptions& options) {
 bool hasStaticTransformPublisher() {
   std::string folders = "/usr:/opt/ros/noetic";
   if (const char* value = std::getenv("CMAKE_PREFIX_PATH")) folders += ":" + std::string(value);
-  std::istringstream stream(folders);
-  for (std::string folder; std::getline(stream, folder, ':');) {
+  for (const std::string& folder : replay::splitAt(':', folders)) {
     std::error_code ignored;
     const fs::path program = fs::path(folder) / "lib/tf2_ros/static_transform_publisher";
     if (fs::exists(program, ignored)) return true;

@@ -20,6 +20,7 @@
 
 #include "nodes/behavior_trees/include/afterglow/recorder_client.hpp"
 #include "nodes/recorder/recorder_node.hpp"
+#include "nodes/tools/diagnostics.hpp"
 #include "nodes/tools/program.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"
@@ -27,6 +28,7 @@
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/messages/text.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/store/store.hpp"
 
@@ -88,51 +90,43 @@ class RecorderWords {
   /// context counts, too.
   std::string text() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (values_.empty()) return "";
-    const std::string trouble = level_ == diagnostic_msgs::DiagnosticStatus::OK ? "" : message_;
+    if (newest_.values.empty()) return "";
+    const bool is_well = newest_.level == diagnostic_msgs::DiagnosticStatus::OK;
     return fmt::format("{} messages in all, {} a second, {} lost{}", since("messages"),
-                       values_["messages_per_s"], since("dropped"),
-                       trouble.empty() ? "" : "; " + trouble);
+                       newest_.value("messages_per_s"), since("dropped"),
+                       is_well || newest_.message.empty() ? "" : "; " + newest_.message);
   }
   /// Returns how many messages it has stored on a topic that the behavior's request named.
   std::uint64_t storedOn(std::int64_t behavior, const std::string& topic) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return numberOf(values_["behavior " + std::to_string(behavior) + " " + topic]);
+    const std::string key = "behavior " + std::to_string(behavior) + " " + topic;
+    return static_cast<std::uint64_t>(newest_.number(key));
   }
   /// Returns true if it ended what it recorded by itself: its disk is full, its store fails.
   bool isCutShort() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return has_run_ && values_["behaviors"] == "0";
+    return has_run_ && newest_.value("behaviors") == "0";
   }
   std::string store() {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return values_["store"];
+    return newest_.value("store");
   }
 
  private:
   void take(const diagnostic_msgs::DiagnosticStatus& status) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    values_.clear();
-    for (const auto& value : status.values) values_[value.key] = value.value;
-    if (first_.empty()) first_ = values_;
-    if (values_["behaviors"] != "0") has_run_ = true;
-    level_ = status.level;
-    message_ = status.message;
+    newest_ = HeardStatus(status);
+    if (first_.values.empty()) first_ = newest_;
+    if (newest_.value("behaviors") != "0") has_run_ = true;
   }
-  static std::uint64_t numberOf(const std::string& text) {
-    return std::strtoull(text.c_str(), nullptr, 10);
-  }
-  std::uint64_t since(const std::string& key) {
-    const std::uint64_t now = numberOf(values_[key]), first = numberOf(first_[key]);
-    return now - std::min(now, first);
+  std::uint64_t since(const std::string& key) const {
+    return static_cast<std::uint64_t>(std::max(0.0, newest_.number(key) - first_.number(key)));
   }
 
   const std::string name_;
   std::mutex mutex_;
-  std::map<std::string, std::string> values_, first_;
-  int level_ = 0;
+  HeardStatus newest_, first_;
   bool has_run_ = false;
-  std::string message_;
   ros::NodeHandle nh_;
   ros::Subscriber subscriber_;  ///< last: its callbacks use all of the above
 };
@@ -189,8 +183,7 @@ std::string runningRecorder() {
   const std::string ending = "/start_recording";
   const std::string own = rosNamespace();
   for (const auto& [service, nodes] : askMaster(deadlineIn(kMasterPatience)).services) {
-    const bool is_start = service.size() > ending.size() &&
-                          service.substr(service.size() - ending.size()) == ending;
+    const bool is_start = replay::endsWith(service, ending);
     const std::string node = is_start ? service.substr(0, service.size() - ending.size()) : "";
     const bool is_own = ros::names::parentNamespace(node) == (own.empty() ? "/" : own);
     const bool is_other = node.rfind(own + "/afterglow_record_", 0) != 0;  // ends with its behavior

@@ -7,6 +7,7 @@
 
 #include "nodes/pages/page_numbers.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -94,7 +95,7 @@ std::string waits(const replay::InStep& in_step) {
   const auto longest =
       std::max_element(in_step.waits.begin(), in_step.waits.end(),
                        [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
-  return counted(in_step.wait_count, "wait") + ", " + inSeconds(in_step.waited_s) +
+  return replay::counted(in_step.wait_count, "wait") + ", " + inSeconds(in_step.waited_s) +
          ", the longest " + inSeconds(longest->seconds) + kNextLine + "for " + longest->what;
 }
 

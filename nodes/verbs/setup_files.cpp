@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "nodes/pages/page.hpp"
 #include "nodes/verbs/terminal_text.hpp"
 
 namespace afterglow::nodes {
@@ -18,15 +19,6 @@ constexpr const char* kFloor = "floor";
 bool isName(const std::string& text) {
   return !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUV"
                                                  "WXYZ0123456789_/.-") == text.npos;
-}
-
-std::string escaped(const std::string& text) {
-  std::string xml;
-  for (const char c : oneLine(text)) {
-    xml += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;"
-                                                            : std::string(1, c);
-  }
-  return xml;
 }
 
 /// Content is put in a frame that stands still: the map's, else the odometry's.
@@ -253,14 +245,14 @@ std::string robotLaunch(const RobotProfile& robot, const RunningRobot& running,
   text += xmlComment(headOf(robot, running));
   text += "  <arg name=\"allow_motion\" default=\"false\"/>\n";
   const std::string calibration = words.calibration.empty() ? "$(dirname)/calibration"
-                                                            : escaped(words.calibration);
+                                                            : escaped(oneLine(words.calibration));
   text += include("projector", argument("config", "$(dirname)/projector.yaml") +
                                    argument("calibration", calibration));
-  text += include("recorder", argument("store", escaped(words.store)) +
-                                  argument("robot", escaped(robot.name)) +
+  text += include("recorder", argument("store", escaped(oneLine(words.store))) +
+                                  argument("robot", escaped(oneLine(robot.name))) +
                                   recorderArguments(robot, running));
-  text += include("player", argument("store", escaped(words.store)) +
-                                argument("robot", escaped(words.robot)) +
+  text += include("player", argument("store", escaped(oneLine(words.store))) +
+                                argument("robot", escaped(oneLine(words.robot))) +
                                 argument("allow_motion", "$(arg allow_motion)") +
                                 playerRemarks(robot));
   text += include("speaker", "");

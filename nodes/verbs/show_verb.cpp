@@ -38,13 +38,6 @@ struct ShowOptions {
   bool is_filmed = false;
 };
 
-/// Empty for a single message.
-std::optional<double> rate_hz(const TopicSummary& topic) {
-  if (topic.count < 2 || topic.last <= topic.first) return std::nullopt;
-  return static_cast<double>(topic.count - 1) * 1e9 /
-         static_cast<double>(topic.last.ns - topic.first.ns);
-}
-
 // -------------------------------------------------------------------------------------------- JSON
 
 nlohmann::ordered_json summariesJson(const std::vector<TopicSummary>& topics) {
@@ -54,7 +47,7 @@ nlohmann::ordered_json summariesJson(const std::vector<TopicSummary>& topics) {
                                     {"count", topic.count},       {"hz", nullptr},
                                     {"first_ns", std::to_string(topic.first.ns)},
                                     {"last_ns", std::to_string(topic.last.ns)}};
-    if (const auto hz = rate_hz(topic)) entry["hz"] = *hz;
+    if (const auto hz = topic.rate_hz()) entry["hz"] = *hz;
     list.push_back(entry);
   }
   return list;
@@ -96,7 +89,7 @@ void printTopics(const std::string& title, const Behavior& behavior,
     return fmt::format("{:.3f} s", static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9);
   };
   for (const TopicSummary& topic : topics) {
-    const auto hz = rate_hz(topic);
+    const auto hz = topic.rate_hz();
     table.add({topic.topic, topic.type, std::to_string(topic.count),
                hz ? fmt::format("{:.2f}", *hz) : "-",
                offset(topic.first), offset(topic.last)});

@@ -9,6 +9,7 @@
 
 #include "nodes/pages/page_numbers.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/messages/text.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
@@ -61,16 +62,16 @@ void runCheck(const StoreOptions& options) {
   }
   for (const std::string& problem : check.problems) std::cout << problem << "\n";
   if (check.dead_imports > 0) {
-    std::cout << counted(check.dead_imports, "import")
+    std::cout << replay::counted(check.dead_imports, "import")
               << " did not come to an end; the next one, or \"afterglow store prune\", drops what "
                  "it left\n";
   }
   if (check.problems.empty()) {
-    std::cout << "sqlite:" << path << ": " << counted(check.messages, "message")
+    std::cout << "sqlite:" << path << ": " << replay::counted(check.messages, "message")
               << ", all is well\n";
     return;
   }
-  throw replay::StoreError("sqlite:" + path + ": " + counted(check.problems.size(), "problem") +
+  throw replay::StoreError("sqlite:" + path + ": " + replay::counted(check.problems.size(), "problem") +
                            "; \"afterglow store repair\" saves what can be read");
 }
 
@@ -82,7 +83,7 @@ void runRepair(const StoreOptions& options) {
     repair = replay::repairStore(
         path, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); });
   }
-  std::cout << "sqlite:" << path << ": " << counted(repair.messages, "message")
+  std::cout << "sqlite:" << path << ": " << replay::counted(repair.messages, "message")
             << " kept; the store as it was is now " << repair.damaged_path << "\n";
   for (const std::string& lost : repair.lost) std::cout << "lost: " << lost << "\n";
   if (!repair.lost.empty()) throw replay::StoreError("not everything could be saved");
@@ -128,11 +129,11 @@ void runPrune(const StoreOptions& options) {
   if (options.dry_run) {
     const auto gone = replay::pruneWould(*store, policy);
     for (const replay::Behavior& behavior : gone) print(behavior);
-    std::cout << counted(gone.size(), "behavior") << " would be removed\n";
+    std::cout << replay::counted(gone.size(), "behavior") << " would be removed\n";
     return;
   }
   const auto gone = replay::prune(*store, policy, print);
-  std::cout << counted(gone.size(), "behavior") << " removed\n";
+  std::cout << replay::counted(gone.size(), "behavior") << " removed\n";
   if (gone.empty()) return;
   if (replay::storeStats(path).recorder) {
     std::cout << "somebody records into it: the room is used for what comes\n";
@@ -179,9 +180,9 @@ void printTables(const std::string& path, const replay::StoreStats& stats) {
   using Align = TextTable::Align;
   std::cout << "sqlite:" << path << "\n"
             << sizeText(stats.file_bytes) << ", " << sizeText(stats.free_bytes) << " of them free; "
-            << counted(stats.recordings, "recording") << ", "
-            << counted(stats.behaviors, "behavior") << ", " << counted(stats.messages, "message")
-            << ", " << counted(stats.files, "file") << "\n";
+            << replay::counted(stats.recordings, "recording") << ", "
+            << replay::counted(stats.behaviors, "behavior") << ", " << replay::counted(stats.messages, "message")
+            << ", " << replay::counted(stats.files, "file") << "\n";
   if (stats.oldest && stats.newest) {
     std::cout << "from " << replay::timeText(*stats.oldest) << " to "
               << replay::timeText(*stats.newest) << "\n";

@@ -138,25 +138,17 @@ std::string TextTable::text(const std::string& indent) const {
 // ---------------------------------------------------------------------------------------- progress
 
 Waiting::Waiting(std::string doing) : doing_(std::move(doing)) {
-  if (isatty(STDERR_FILENO) == 1) thread_ = std::thread([this] { run(); });
+  if (isatty(STDERR_FILENO) == 1) thread_.begin();
 }
 
 Waiting::~Waiting() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_done_ = true;
-  }
-  done_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  thread_.stop();
+  if (seconds_ > 1) replaceLine("");
 }
 
-void Waiting::run() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  int seconds = 0;
-  while (!done_.wait_for(lock, std::chrono::seconds(1), [this] { return is_done_; })) {
-    replaceLine(doing_ + " ... " + std::to_string(++seconds) + " s");
-  }
-  if (seconds > 0) replaceLine("");
+void Waiting::tell() {
+  if (seconds_ > 0) replaceLine(doing_ + " ... " + std::to_string(seconds_) + " s");
+  ++seconds_;
 }
 
 std::string timeLeft(double share, double taken_s) {

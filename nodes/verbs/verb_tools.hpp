@@ -5,15 +5,13 @@
 
 #include <CLI/App.hpp>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "replay/clock/worker_thread.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -87,13 +85,11 @@ class Waiting {
   ~Waiting();
 
  private:
-  void run();
+  void tell();
 
-  std::string doing_;
-  std::mutex mutex_;
-  std::condition_variable done_;
-  bool is_done_ = false;
-  std::thread thread_;
+  const std::string doing_;
+  int seconds_ = 0;
+  replay::RepeatingThread thread_{std::chrono::seconds(1), [this] { tell(); }};
 };
 
 /// A line on stderr that counts up and says how long it will still take, if stderr is a terminal;

@@ -5,6 +5,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -16,11 +18,6 @@ bool isPicture(const fs::path& path) {
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 
-bool endsWith(const std::string& text, const std::string& ending) {
-  return text.size() >= ending.size() &&
-         text.compare(text.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 }  // namespace
 
 std::vector<ViewFiles> findViews(const std::string& folder) {
@@ -29,7 +26,7 @@ std::vector<ViewFiles> findViews(const std::string& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     std::string name = entry.path().stem().string();
     if (!isPicture(entry.path()) || name.rfind("view_", 0) != 0) continue;
-    const bool is_plain = endsWith(name, kPlain);
+    const bool is_plain = replay::endsWith(name, kPlain);
     if (is_plain) name.resize(name.size() - kPlain.size());
     ViewFiles& view = views[name];
     view.name = name;

@@ -5,50 +5,38 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <set>
 
 namespace afterglow::nodes {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
-using Values = std::map<std::string, std::string>;
 
 constexpr std::size_t kMostLines = 1000;
 
-std::string valueOf(const Values& values, const std::string& key) {
-  const auto found = values.find(key);
-  return found == values.end() ? "" : found->second;
-}
-
-double numberOf(const Values& values, const std::string& key) {
-  return std::strtod(valueOf(values, key).c_str(), nullptr);
-}
-
 /// Returns the figures that a recorder's message leaves out.
-std::string recorderFigures(const Values& values) {
+std::string recorderFigures(const HeardStatus& status) {
   std::string text = fmt::format(", {} messages/s, {:.2f} MB/s, queue {} %",
-                                 valueOf(values, "messages_per_s"),
-                                 numberOf(values, "bytes_per_s") * 1e-6,
-                                 valueOf(values, "queue_percent"));
-  if (numberOf(values, "dropped") > 0) text += ", " + valueOf(values, "dropped") + " lost in all";
-  if (numberOf(values, "unsent_behaviors") > 0) {
-    text += ", " + valueOf(values, "unsent_behaviors") + " behaviors not sent yet";
+                                 status.value("messages_per_s"),
+                                 status.number("bytes_per_s") * 1e-6,
+                                 status.value("queue_percent"));
+  if (status.number("dropped") > 0) text += ", " + status.value("dropped") + " lost in all";
+  if (status.number("unsent_behaviors") > 0) {
+    text += ", " + status.value("unsent_behaviors") + " behaviors not sent yet";
   }
-  return text + ", into " + valueOf(values, "store");
+  return text + ", into " + status.value("store");
 }
 
-/// Returns the figures that a projector's or a layer's message leaves out; `per_second`: messages,
-/// unknown below 0.
-std::string projectorFigures(const Values& values, double per_second) {
-  if (values.count("drawn_hz") > 0) {
-    return ", " + valueOf(values, "drawn_hz") + " of " + valueOf(values, "wanted_hz") + " Hz";
+/// Returns the figures that a projector's or a layer's message leaves out.
+std::string projectorFigures(const HeardStatus& status) {
+  if (status.values.count("drawn_hz") > 0) {
+    return ", " + status.value("drawn_hz") + " of " + status.value("wanted_hz") + " Hz";
   }
-  const bool is_known = values.count("received") > 0 && per_second >= 0;
-  return is_known ? fmt::format(", {:.1f} messages/s", per_second) : "";
+  const bool is_known = status.values.count("received") > 0 && status.received_hz >= 0;
+  return is_known ? fmt::format(", {:.1f} messages/s", status.received_hz) : "";
 }
 
-WatchLine::Level levelOf(const DiagnosticStatus& status) {
+WatchLine::Level levelOf(const HeardStatus& status) {
   return status.level == DiagnosticStatus::OK     ? WatchLine::Level::Ok
          : status.level == DiagnosticStatus::WARN ? WatchLine::Level::Warning
                                                   : WatchLine::Level::Error;
@@ -73,6 +61,8 @@ std::string WatchLine::kind() const {
   return kind;
 }
 
+WatchView::WatchView() : statuses_(kMostLines) {}
+
 WatchView::Said* WatchView::find(const std::string& name) {
   if (said_.size() >= kMostLines && said_.count(name) == 0) return nullptr;
   return &said_[name];
@@ -80,20 +70,12 @@ WatchView::Said* WatchView::find(const std::string& name) {
 
 void WatchView::take(const diagnostic_msgs::DiagnosticArray& message, std::int64_t now_ns) {
   for (const DiagnosticStatus& status : message.status) {
-    Said* said = isOurs(status) ? find(status.name) : nullptr;
+    const HeardStatus* heard = isOurs(status) ? statuses_.take(status, now_ns) : nullptr;
+    Said* said = heard != nullptr ? find(status.name) : nullptr;
     if (said == nullptr) continue;
-    Values values;
-    for (const auto& value : status.values) values[value.key] = value.value;
-    const double received = numberOf(values, "received");
-    const double seconds = static_cast<double>(now_ns - said->at_ns) * 1e-9;
-    const bool is_counted = said->at_ns > 0 && seconds > 0 && received >= said->received;
-    const double per_second = is_counted ? (received - said->received) / seconds : -1;
-    const std::string figures = status.hardware_id == "recorder"
-                                    ? recorderFigures(values)
-                                    : projectorFigures(values, per_second);
-    said->line = {status.name, levelOf(status), status.message + figures, std::move(values)};
-    said->at_ns = now_ns;
-    said->received = received;
+    const std::string figures =
+        heard->hardware == "recorder" ? recorderFigures(*heard) : projectorFigures(*heard);
+    *said = {{heard->name, levelOf(*heard), heard->message + figures, heard->values}, now_ns};
   }
 }
 
@@ -111,7 +93,7 @@ void WatchView::take(const std::string& node, const ReplayStatus& status, std::i
   if (!status.message.empty()) text += (is_idle ? "; the last replay: " : "; ") + status.message;
   const bool waits = !is_idle && !status.message.empty();
   const auto level = waits ? WatchLine::Level::Warning : WatchLine::Level::Ok;
-  *said = {{node + ": player", level, text, {}}, now_ns, !is_idle, 0};
+  *said = {{node + ": player", level, text, {}}, now_ns, !is_idle};
 }
 
 std::vector<WatchLine> WatchView::lines(std::int64_t now_ns) const {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "nodes/tools/diagnostics.hpp"
+
 namespace afterglow::nodes {
 
 /// The state of a node or a part of it.
@@ -33,6 +35,8 @@ class WatchView {
   /// Diagnostics come once a second: who is silent for longer hangs, is gone or is cut off.
   static constexpr std::int64_t kSilenceNs = 4'000'000'000;
 
+  WatchView();
+
   /// Statuses of Afterglow's own nodes; a robot's others are passed over.
   void take(const diagnostic_msgs::DiagnosticArray& message, std::int64_t now_ns);
   /// `node`: without leading slash.
@@ -46,10 +50,10 @@ class WatchView {
     WatchLine line;
     std::int64_t at_ns = 0;
     bool is_regular = true;  ///< silence is a fault
-    double received = 0;     ///< messages, as last counted
   };
   Said* find(const std::string& name);
 
+  HeardStatuses statuses_;
   std::map<std::string, Said> said_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "replay/messages/text.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::replay {
@@ -51,7 +52,7 @@ Stamp wallBegin(const Behavior& behavior) {
 std::string ageText(Stamp then, Stamp now) {
   const auto seconds = (now.ns - then.ns) / 1'000'000'000;
   const auto said = [](std::int64_t count, const char* unit) {
-    return fmt::format("{} {}{} ago", count, unit, count == 1 ? "" : "s");
+    return counted(static_cast<std::uint64_t>(count), unit) + " ago";
   };
   if (seconds < 60) return "just now";
   if (seconds < 90 * 60) return said(seconds / 60, "minute");

@@ -1,6 +1,9 @@
 #include "replay/bags/file_kind.hpp"
 
+#include <algorithm>
 #include <cctype>
+
+#include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -35,17 +38,11 @@ constexpr Kind kKinds[] = {
      "is a git-annex pointer, not the file itself; 'git annex get' fetches that"},
     {"#ROSRECORD", "is a recording from before ROS 1.0; 'rosbag fix' of that time converts it"}};
 
-bool beginsWith(std::string_view text, std::string_view with) {
-  return text.compare(0, with.size(), with) == 0;
-}
-
 /// Returns the beginning without byte order mark and blanks, in small letters.
 std::string asMarkup(std::string_view beginning) {
   if (beginsWith(beginning, "\xef\xbb\xbf")) beginning.remove_prefix(3);
   const std::size_t first = beginning.find_first_not_of(" \t\r\n");
-  std::string text(first == std::string_view::npos ? "" : beginning.substr(first));
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
+  return lowerCase(std::string(beginning.substr(std::min(first, beginning.size()))));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "replay/bags/file_kind.hpp"
 #include "replay/bags/mcap_file.hpp"
 #include "replay/bags/ros2_database.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -83,11 +84,8 @@ std::unique_ptr<RecordedFile> openFile(const std::string& path, const FindDefini
   beginning.resize(static_cast<std::size_t>(file.gcount()));
   file.close();
   if (const std::string other = otherThanRecording(beginning); !other.empty()) fail(path, other);
-  const auto begins = [&](std::string_view with) {
-    return beginning.compare(0, with.size(), with) == 0;
-  };
-  if (begins("\x89MCAP")) return std::make_unique<McapFile>(path, find);
-  if (begins("SQLite format 3")) return std::make_unique<Ros2Database>(path, find);
+  if (beginsWith(beginning, "\x89MCAP")) return std::make_unique<McapFile>(path, find);
+  if (beginsWith(beginning, "SQLite format 3")) return std::make_unique<Ros2Database>(path, find);
   return std::make_unique<BagReader>(path, find);
 }
 

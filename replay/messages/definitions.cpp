@@ -11,20 +11,14 @@
 #include <sstream>
 
 #include "replay/messages/schema.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kBlanks = " \t\r\f\v";
 const std::string kSeparator = std::string(80, '=') + "\n";
-
-std::string strip(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 /// The parts of a .msg file that MD5 and contained types need.
 struct Declarations {
@@ -37,11 +31,11 @@ struct Declarations {
 };
 
 void addLine(const std::string& line, Declarations& declarations) {
-  const std::string text = strip(line.substr(0, line.find('#')));
+  const std::string text(trimmed(line.substr(0, line.find('#'))));
   const std::size_t gap = text.find_first_of(kBlanks);
   if (gap == std::string::npos) return;
   const std::string type = text.substr(0, gap);
-  const std::string rest = strip(text.substr(gap));
+  const std::string rest(trimmed(text.substr(gap)));
   const std::size_t equals = rest.find('=');
   if (equals == std::string::npos) {
     declarations.fields.push_back({type, rest});
@@ -50,7 +44,8 @@ void addLine(const std::string& line, Declarations& declarations) {
   // The value of a string constant is all of the text behind '=', including '#'.
   const std::string value =
       type == "string" ? line.substr(line.find('=') + 1) : rest.substr(equals + 1);
-  declarations.constants += type + " " + strip(rest.substr(0, equals)) + "=" + strip(value) + "\n";
+  const std::string name(trimmed(rest.substr(0, equals)));
+  declarations.constants += type + " " + name + "=" + std::string(trimmed(value)) + "\n";
 }
 
 /// The full name of a field's message type; empty for a builtin.
@@ -74,18 +69,19 @@ Declarations declarationsOf(const std::string& text) {
 
 /// The parts of a full text by the types they define.
 std::map<std::string, Declarations> sectionsOf(const std::string& root, const std::string& text) {
-  constexpr const char* kMark = "MSG:";
+  constexpr std::string_view kMark = "MSG:";
   std::map<std::string, Declarations> sections;
   std::string type = root;
   bool is_heading = false;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    const std::string trimmed = strip(line);
-    if (is_heading && !trimmed.empty()) {
-      type = strip(trimmed.substr(std::string(kMark).size()));
+    const std::string_view text_of_line = trimmed(line);
+    if (is_heading && !text_of_line.empty()) {
+      type = trimmed(text_of_line.substr(kMark.size()));
       sections[type] = {};
       is_heading = false;
-    } else if (trimmed.size() > 1 && trimmed.find_first_not_of('=') == std::string::npos) {
+    } else if (text_of_line.size() > 1 &&
+               text_of_line.find_first_not_of('=') == std::string_view::npos) {
       is_heading = true;
     } else {
       addLine(line, sections[type]);
@@ -149,17 +145,6 @@ std::optional<std::string> fileText(const fs::path& path) {
   return text;
 }
 
-/// Splits at any of `marks`, without empty parts.
-std::vector<std::string> split(const std::string& text, const char* marks) {
-  std::vector<std::string> parts;
-  for (std::size_t at = text.find_first_not_of(marks); at != std::string::npos;) {
-    const std::size_t end = text.find_first_of(marks, at);
-    parts.push_back(text.substr(at, end - at));
-    at = text.find_first_not_of(marks, end);
-  }
-  return parts;
-}
-
 /// Returns the folders where a catkin devel space keeps the sources' definitions:
 /// set(x_MSG_INCLUDE_DIRS "A;B").
 std::vector<std::string> namedFolders(const fs::path& package_folder, const std::string& package) {
@@ -168,12 +153,12 @@ std::vector<std::string> namedFolders(const fs::path& package_folder, const std:
   const std::size_t at = text ? text->find(mark) : std::string::npos;
   if (at == std::string::npos) return {};
   const std::size_t begin = at + mark.size();
-  return split(text->substr(begin, text->find('"', begin) - begin), ";");
+  return splitAt(';', text->substr(begin, text->find('"', begin) - begin));
 }
 
 void addFolders(const char* variable, const char* below, std::vector<std::string>& folders) {
   const char* value = std::getenv(variable);
-  for (const std::string& path : split(value ? value : "", ":")) folders.push_back(path + below);
+  for (const std::string& path : splitAt(':', value ? value : "")) folders.push_back(path + below);
 }
 
 }  // namespace

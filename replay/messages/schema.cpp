@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -51,14 +53,6 @@ std::optional<FieldType> builtin(std::string_view type) {
     if (b.name == type) return b.type;
   }
   return std::nullopt;
-}
-
-constexpr std::string_view kSpace = " \t\r\f\v";
-
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
 bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -161,7 +155,7 @@ class SchemaParser {
     bool heading_awaited = false;
     for (std::size_t number = 1; !text.empty(); ++number) {
       const std::size_t end = std::min(text.find('\n'), text.size());
-      const std::string_view line = trim(text.substr(0, end));
+      const std::string_view line = trimmed(text.substr(0, end));
       text.remove_prefix(std::min(end + 1, text.size()));
       if (line.empty()) continue;
       if (heading_awaited) {
@@ -183,7 +177,7 @@ class SchemaParser {
     if (line.substr(0, kMark.size()) != kMark) {
       fail(number, "expected \"MSG: package/Type\" behind a line of '='");
     }
-    const std::string_view type = trim(line.substr(kMark.size()));
+    const std::string_view type = trimmed(line.substr(kMark.size()));
     if (!isQualified(type)) {
       fail(number, "\"" + std::string(type) + "\" is no message type; expected package/Type");
     }
@@ -321,7 +315,7 @@ class SchemaParser {
 
   /// Empty for comments and constants.
   std::optional<Declaration> declaration(const Line& line) const {
-    const std::string_view text = trim(line.text.substr(0, line.text.find('#')));
+    const std::string_view text = trimmed(line.text.substr(0, line.text.find('#')));
     if (text.empty()) return std::nullopt;
     const std::size_t gap = text.find_first_of(" \t");
     if (gap == std::string_view::npos) {
@@ -329,9 +323,9 @@ class SchemaParser {
     }
     Declaration declared;
     declared.type = text.substr(0, gap);
-    declared.name = trim(text.substr(gap));
+    declared.name = trimmed(text.substr(gap));
     if (const std::size_t equals = declared.name.find('='); equals != std::string_view::npos) {
-      declared.name = trim(declared.name.substr(0, equals));
+      declared.name = trimmed(declared.name.substr(0, equals));
       checkConstant(line.number, declared);
       return std::nullopt;
     }

@@ -65,10 +65,6 @@ std::vector<TopicName> topicNames(const std::vector<std::string>& texts) {
   return {texts.begin(), texts.end()};
 }
 
-bool endsWith(std::string_view name, std::string_view end) {
-  return name.size() >= end.size() && name.substr(name.size() - end.size()) == end;
-}
-
 std::string actionOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 void checkNamespace(const std::string& text) {

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::replay {
 
 /// A name that exists only absolute, valid by the rules of ROS graph names, and clean: one slash
@@ -42,8 +44,6 @@ class TopicName {
 /// Makes a name of each text; throws as TopicName.
 std::vector<TopicName> topicNames(const std::vector<std::string>& texts);
 
-/// Returns true if a topic or a type has this end.
-bool endsWith(std::string_view name, std::string_view end);
 /// "/arm" of "/arm/goal", "/arm/cancel", "/arm/result".
 std::string actionOf(const std::string& topic);
 

@@ -3,8 +3,9 @@
 #include <cstdlib>
 #include <functional>
 #include <iterator>
-#include <sstream>
 #include <stdexcept>
+
+#include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -15,7 +16,7 @@ constexpr double kLongestLatency = 5;  // s
 void eachSetting(const std::vector<std::string>& texts,
                  const std::function<void(Modality, const std::string&)>& take) {
   for (const std::string& text : texts) {
-    for (const std::string& part : splitAtCommas(text)) {
+    for (const std::string& part : splitAt(',', text)) {
       const std::size_t sign = part.find('=');
       const auto modality = modalityCalled(part.substr(0, sign));
       if (!modality || sign == std::string::npos) {
@@ -28,18 +29,9 @@ void eachSetting(const std::vector<std::string>& texts,
 
 }  // namespace
 
-std::vector<std::string> splitAtCommas(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream words(text);
-  for (std::string part; std::getline(words, part, ',');) {
-    if (!part.empty()) parts.push_back(part);
-  }
-  return parts;
-}
-
 std::set<Modality> parseModalities(const std::string& text) {
   std::set<Modality> chosen;
-  for (const std::string& word : splitAtCommas(text)) {
+  for (const std::string& word : splitAt(',', text)) {
     const auto modality = modalityCalled(word);
     if (!modality) throw std::invalid_argument("'" + word + "' is no modality (body, ar, speech)");
     chosen.insert(*modality);

@@ -12,9 +12,6 @@
 
 namespace afterglow::replay {
 
-/// The parts of "a,b" that are not empty.
-std::vector<std::string> splitAtCommas(const std::string& text);
-
 /// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
 std::set<Modality> parseModalities(const std::string& text);
 

@@ -14,10 +14,6 @@
 namespace afterglow::replay {
 namespace {
 
-bool startsWith(std::string_view text, std::string_view start) {
-  return text.substr(0, start.size()) == start;
-}
-
 /// `*` stands for any characters, slashes too. A text that is longer than a name can be is none that
 /// is known: what is recorded may be of any length.
 bool matches(std::string_view text, std::string_view pattern) {
@@ -194,11 +190,11 @@ const std::vector<std::pair<std::string, TopicClass>>& topicClassWords() {
 
 bool isCalled(std::string_view topic, std::string_view pattern) {
   if (topic.size() > TopicName::kLongest) return false;  // nor its end
-  if (startsWith(pattern, "/")) return matches(topic, pattern);
+  if (beginsWith(pattern, "/")) return matches(topic, pattern);
   for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
        slash = topic.find('/', slash + 1)) {
     if (matches(topic.substr(slash + 1), pattern)) return true;
-    if (startsWith(pattern, "*")) return false;  // the rest is what * has stood for already
+    if (beginsWith(pattern, "*")) return false;  // the rest is what * has stood for already
   }
   return false;
 }

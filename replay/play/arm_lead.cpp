@@ -24,16 +24,8 @@ void ArmLead::give(double seconds, Stamp at) {
   play_.transport.change([&](Timeline& timeline) { timeline.moveTo(at, end_); });
 }
 
-std::int64_t ArmLead::leftNs() const {
-  return std::max<std::int64_t>(0, end_.ns - play_.clock.now().ns);
-}
-
-std::optional<double> ArmLead::leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const {
-  return hasArm() ? play_.options.arm_start->leadOf(channel, bytes, at) : std::nullopt;
-}
-
-Bytes ArmLead::begin(const Channel& channel, const Bytes& bytes, Stamp at) const {
-  return play_.options.arm_start->begin(channel, bytes, at, static_cast<double>(leftNs()) * 1e-9);
+double ArmLead::left_s() const {
+  return static_cast<double>(std::max<std::int64_t>(0, end_.ns - play_.clock.now().ns)) * 1e-9;
 }
 
 GoalProgress ArmLead::progress(Stamp begun, Stamp at) const {
@@ -41,31 +33,15 @@ GoalProgress ArmLead::progress(Stamp begun, Stamp at) const {
   return {begun, at, recorded_s / play_.timeline().rate()};
 }
 
-std::optional<RestNeed> ArmLead::needToGoOn(const Channel& channel, const Bytes& bytes, Stamp begun,
-                                            Stamp at) const {
-  return hasArm() ? play_.options.arm_start->needToGoOn(channel, bytes, progress(begun, at))
-                  : std::nullopt;
-}
-
-Bytes ArmLead::goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Stamp at) const {
-  return play_.options.arm_start->goOn(channel, bytes, progress(begun, at),
-                                       static_cast<double>(leftNs()) * 1e-9);
-}
-
-double ArmLead::headVelocity(Stamp begun, Stamp at) const {
-  constexpr double kSlowly = 0.25;  // of a head whose joints nobody knows
-  return hasArm() ? play_.options.arm_start->headVelocity(begun, at) : kSlowly;
-}
-
 void ArmLead::lookAtHalted() {
   look_ = SteadyTime::forever();
-  if (hasArm()) play_.options.arm_start->halted();
+  if (arm()) arm()->halted();
 }
 
 void ArmLead::forget() {
   end_ = {};
   look_ = SteadyTime::forever();
-  if (hasArm()) play_.options.arm_start->forgetHalted();
+  if (arm()) arm()->forgetHalted();
 }
 
 }  // namespace afterglow::replay

@@ -17,10 +17,10 @@ class ArmLead {
  public:
   explicit ArmLead(const PlayContext& play) : play_(play) {}
 
-  /// Returns true if the live joints are known.
-  bool hasArm() const { return play_.options.arm_start != nullptr; }
-  /// Returns true if the robot's controllers join a goal to where they have the joints.
-  bool isJoined() const { return hasArm() && play_.options.arm_start->controllersJoin(); }
+  /// Returns the live joints; null where they are not known.
+  ArmStart* arm() const { return play_.options.arm_start; }
+  /// Returns how far a goal that was recorded at `begun` has come at `at`.
+  GoalProgress progress(Stamp begun, Stamp at) const;
   /// The motions that go on next may find their joints elsewhere.
   void expectElsewhere() { is_elsewhere_expected_ = true; }
   /// The same, if the joints are still on their way in a lead.
@@ -31,22 +31,7 @@ class ArmLead {
   /// The timeline stands at `at` for so long; 0: it goes on.
   void give(double seconds, Stamp at);
   bool isGiven() const { return play_.clock.now() < end_; }
-  /// The rest of the lead.
-  std::int64_t leftNs() const;
-
-  /// ArmStart::leadOf() of a goal or trajectory command as it will be sent; empty without an arm.
-  std::optional<double> leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const;
-  /// ArmStart::begin() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
-  Bytes begin(const Channel& channel, const Bytes& bytes, Stamp at) const;
-  /// ArmStart::needToGoOn() of a goal or trajectory command that was recorded at `begun`; empty
-  /// without an arm. `bytes`: the whole of it, with the times it would be sent with.
-  std::optional<RestNeed> needToGoOn(const Channel& channel, const Bytes& bytes, Stamp begun,
-                                     Stamp at) const;
-  /// ArmStart::goOn() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
-  Bytes goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Stamp at) const;
-
-  /// The mean velocity that a head may go on with, rad/s: ArmStart::headVelocity().
-  double headVelocity(Stamp begun, Stamp at) const;
+  double left_s() const;  ///< the rest of the lead
 
   /// The joints are halted now; they are looked at when they have come to rest.
   void halt(SteadyTime now) { look_ = now.after(kHaltNs); }
@@ -58,8 +43,6 @@ class ArmLead {
   void forget();
 
  private:
-  GoalProgress progress(Stamp begun, Stamp at) const;
-
   static constexpr std::int64_t kHaltNs = 500'000'000;  ///< an arm takes so long to stand
 
   const PlayContext& play_;

@@ -1,6 +1,7 @@
 #include "replay/play/body_in_force.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "replay/motion/goal_remainder.hpp"
@@ -10,6 +11,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr int kMostHeadRepeats = 3;
+constexpr double kSlowHead = 0.25;  // rad/s, for a head whose joints nobody knows
 
 /// "<action>/goal" for "<action>/cancel"; empty for every other topic.
 std::string goalOfCancel(const Channel& channel) {
@@ -68,11 +70,12 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
     // Where joints are looked at, the rest begins where they are on its path.
     const bool has_joints = isTrajectoryCommand(channel) || isGoal(channel);
     const bool is_looked_at =
-        lead_.hasArm() && has_joints && topic.planned.modality == Modality::Body;
+        lead_.arm() && has_joints && topic.planned.modality == Modality::Body;
     Bytes rest = is_looked_at ? whole.bytes
                               : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
     if (isHeadGoal(channel)) {
-      rest = noFaster(channel, rest, lead_.headVelocity(whole.at, at));
+      const double fastest = lead_.arm() ? lead_.arm()->headVelocity(whole.at, at) : kSlowHead;
+      rest = noFaster(channel, rest, fastest);
     }
     was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole).has_value();
   } catch (const MessageError& error) {
@@ -180,7 +183,7 @@ void BodyInForce::suspend(SteadyTime now) {
 void BodyInForce::suspendGoals() {
   lead_.lookAtHalted();
   overtaken_ = goals_.suspendOpen();
-  if (!lead_.isJoined()) cancelOvertaken();
+  if (!lead_.arm() || !lead_.arm()->controllersJoin()) cancelOvertaken();
 }
 
 void BodyInForce::cancelOvertaken() { sendCancels(std::exchange(overtaken_, {})); }
@@ -250,8 +253,7 @@ void BodyInForce::proceed() {
   } catch (const ArmElsewhere& error) {
     play_.transport.stop(std::string("it does not go on: ") + error.what());
   }
-  const auto lead_ns = static_cast<std::int64_t>(static_cast<double>(lead_.leftNs()) *
-                                                 play_.timeline().rate());
+  const std::int64_t lead_ns = std::llround(lead_.left_s() * 1e9 * play_.timeline().rate());
   for (const GoalBook::Entry& goal : goals) {
     if (play_.transport.isStopped()) return;
     sendRest(outbox_.topic(goal.channel.topic), goal.channel, {goal.recorded, goal.recorded_at},
@@ -288,14 +290,13 @@ double BodyInForce::leadToProceed(const std::vector<GoalBook::Entry>& goals, Sta
 /// Empty if it is not known where the motion finds its joints.
 std::optional<RestNeed> BodyInForce::needOf(const Channel& channel, const Recorded& whole,
                                             Stamp at) {
-  if (!lead_.hasArm()) {
-    return std::nullopt;
-  }
+  const ArmStart* arm = lead_.arm();
+  if (!arm) return std::nullopt;
   try {
     Bytes bytes = whole.bytes;
     outbox_.topic(channel.topic).scaling.apply(bytes, play_.timeline().rate());
-    if (at > whole.at) return lead_.needToGoOn(channel, bytes, whole.at, at);
-    const std::optional<double> lead_s = lead_.leadOf(channel, bytes, at);
+    if (at > whole.at) return arm->needToGoOn(channel, bytes, lead_.progress(whole.at, at));
+    const std::optional<double> lead_s = arm->leadOf(channel, bytes, at);
     return lead_s ? std::optional(RestNeed{*lead_s, *lead_s > 0}) : std::nullopt;
   } catch (const MessageError&) {
     return RestNeed{};  // nor can it be sent

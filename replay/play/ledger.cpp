@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -113,8 +115,7 @@ PlayReport Ledger::report() const {
   report.in_step.skew = skew_.measured();
   if (!damaged_.empty()) {
     report.notes.push_back(
-        std::to_string(damaged_.size()) +
-        (damaged_.size() == 1 ? " damaged message was" : " damaged messages were") +
+        counted(damaged_.size(), "damaged message") + (damaged_.size() == 1 ? " was" : " were") +
         " left out; afterglow store check names what is damaged");
   }
   for (const PlannedTopic& planned : plan_.topics) {

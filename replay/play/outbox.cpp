@@ -171,22 +171,24 @@ PublishMoment Outbox::momentOf(const Outgoing& message) {
 void Outbox::beginWhereJointsAre(Outgoing& message) {
   const OutboxTopic& topic = message.topic;
   const bool has_joints = isTrajectoryCommand(message.channel) || isGoal(message.channel);
-  if (!lead_.hasArm() || !has_joints || topic.planned.modality != Modality::Body) {
+  const ArmStart* arm = lead_.arm();
+  if (!arm || !has_joints || topic.planned.modality != Modality::Body) {
     return;
   }
   if (message.at > message.recorded) {
-    message.bytes = lead_.goOn(message.channel, message.bytes, message.recorded, message.at);
+    message.bytes = arm->goOn(message.channel, message.bytes,
+                              lead_.progress(message.recorded, message.at), lead_.left_s());
     return;
   }
   if (!lead_.isGiven()) {
-    const double needed = lead_.leadOf(message.channel, message.bytes, message.at).value_or(0);
+    const double needed = arm->leadOf(message.channel, message.bytes, message.at).value_or(0);
     if (needed > 0) {
       sendZeroVelocities();
       lead_.give(needed, message.at);
       forgetShift();
     }
   }
-  message.bytes = lead_.begin(message.channel, message.bytes, message.at);
+  message.bytes = arm->begin(message.channel, message.bytes, message.at, lead_.left_s());
 }
 
 void Outbox::refuse(const Outgoing& message, const std::string& why) {

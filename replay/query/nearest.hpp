@@ -6,14 +6,13 @@
 #include <string>
 #include <vector>
 
-namespace afterglow::replay {
+#include "replay/messages/text.hpp"
 
-/// The text with small letters for its capitals (ASCII).
-std::string lowerCase(std::string text);
+namespace afterglow::replay {
 
 /// Returns how many letters have to be inserted, dropped or changed to make one word of the other
 /// (Levenshtein, Soviet Physics Doklady 1966), capitals aside.
-std::size_t editDistance(const std::string& a, const std::string& b);
+std::size_t editDistance(const std::string& one, const std::string& other);
 
 /// The word of `known` at the least distance; empty if none is near.
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known);

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -13,9 +15,8 @@ constexpr std::size_t kMostRemarks = 100;
 /// Nor do messages that name other files all the time; each is looked for at the end.
 constexpr std::size_t kMostReferences = 1000;
 
-std::string counted(std::uint64_t count, const std::string& topic) {
-  return std::to_string(count) + (count == 1 ? " message on " : " messages on ") + topic +
-         (count == 1 ? " was" : " were");
+std::string messagesWere(std::uint64_t count, const std::string& topic) {
+  return counted(count, "message") + " on " + topic + (count == 1 ? " was" : " were");
 }
 
 /// "kitting" contains "kitting/pick", not "kitting2".
@@ -105,13 +106,13 @@ void RunningBehavior::remark(const std::string& text) {
 std::vector<std::string> RunningBehavior::remarks() const {
   std::vector<std::string> all = remarks_;
   for (const auto& [topic, dropped] : dropped_) {
-    all.push_back(counted(dropped.count, topic) + " dropped: " + dropped.why);
+    all.push_back(messagesWere(dropped.count, topic) + " dropped: " + dropped.why);
   }
   for (const auto& [topic, refused] : refused_) {
-    all.push_back(counted(refused.count, topic) + " left out: " + refused.why);
+    all.push_back(messagesWere(refused.count, topic) + " left out: " + refused.why);
   }
   for (const auto& [topic, count] : unfit_) {
-    all.push_back(counted(count, topic) + " not of its type by the bytes, and kept as it came");
+    all.push_back(messagesWere(count, topic) + " not of its type by the bytes, and kept as it came");
   }
   if (unkept_references_ > 0) {
     all.push_back("more than " + std::to_string(kMostReferences) +
@@ -119,7 +120,7 @@ std::vector<std::string> RunningBehavior::remarks() const {
   }
   for (const auto& [topic, thinner] : thinners_) {
     if (thinner.leftOut() > 0) {
-      all.push_back(counted(thinner.leftOut(), topic) + " left out of " +
+      all.push_back(messagesWere(thinner.leftOut(), topic) + " left out of " +
                     std::to_string(thinner.seen()) + ", as asked: " + thinner.limit().str());
     }
   }

@@ -6,22 +6,16 @@
 #include <vector>
 
 #include "replay/messages/schema.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\f\v";
 constexpr std::string_view kForeign = "# From ROS 2: ";
 constexpr const char* kHeader = "std_msgs/Header";
 constexpr const char* kHeaderFields = "uint32 seq\ntime stamp\nstring frame_id\n";
 /// IDL has no structure without members.
 constexpr std::string_view kPlaceholder = "structure_needs_at_least_one_member";
-
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
 
 std::string_view takeLine(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
@@ -42,7 +36,7 @@ class Sections {
     bool heading_awaited = false;
     names_.push_back(root);
     while (!text.empty()) {
-      const std::string_view line = trim(takeLine(text));
+      const std::string_view line = trimmed(takeLine(text));
       if (line.empty()) continue;
       if (heading_awaited) {
         type = heading(line);
@@ -72,7 +66,7 @@ class Sections {
       throw MessageError("definition of " + root_ + ": \"" + std::string(line.substr(0, 40)) +
                          "\" stands where \"MSG: package/Type\" should");
     }
-    return ros1TypeName(std::string(trim(line.substr(kMark.size()))));
+    return ros1TypeName(std::string(trimmed(line.substr(kMark.size()))));
   }
 
   const std::string root_;
@@ -89,19 +83,19 @@ class LineTranslator {
   std::string translate(std::string_view line) const {
     if (line.front() == '#') return "";
     if (line == "---") fail(line, "is of a service or an action, not of a message");
-    const std::size_t gap = line.find_first_of(kSpace);
+    const std::size_t gap = line.find_first_of(kBlanks);
     if (gap == std::string_view::npos) fail(line, "is no field");
     const std::string type = translateType(line, line.substr(0, gap));
-    const std::string_view rest = trim(line.substr(gap));
+    const std::string_view rest = trimmed(line.substr(gap));
     const auto name_end = std::find_if_not(rest.begin(), rest.end(), isNameLetter);
     const std::string_view name = rest.substr(0, static_cast<std::size_t>(name_end - rest.begin()));
-    const std::string_view behind = trim(rest.substr(name.size()));
+    const std::string_view behind = trimmed(rest.substr(name.size()));
     if (name.empty()) fail(line, "has no name");
     if (name == kPlaceholder) return "";
     if (behind.empty() || behind.front() != '=') {
       return type + " " + std::string(name) + "\n";  // what stands behind it is a default value
     }
-    return type + " " + std::string(name) + "=" + constant(type, trim(behind.substr(1))) + "\n";
+    return type + " " + std::string(name) + "=" + constant(type, trimmed(behind.substr(1))) + "\n";
   }
 
  private:
@@ -112,7 +106,7 @@ class LineTranslator {
 
   static std::string constant(const std::string& type, std::string_view value) {
     if (type != "string") {
-      const std::string_view number = trim(value.substr(0, value.find('#')));
+      const std::string_view number = trimmed(value.substr(0, value.find('#')));
       if (type != "bool") return std::string(number);
       return number == "true" || number == "True" || number == "1" ? "True" : "False";
     }

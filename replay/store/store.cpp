@@ -87,6 +87,11 @@ std::string readIfFile(const std::string& uri) {
 
 }  // namespace
 
+std::optional<double> TopicSummary::rate_hz() const {
+  if (count < 2 || last <= first) return std::nullopt;
+  return static_cast<double>(count - 1) * 1e9 / static_cast<double>(last.ns - first.ns);
+}
+
 /// A program that systemd starts has no HOME.
 std::string homeFolder() {
   if (const char* home = std::getenv("HOME"); home && *home) return home;

@@ -112,6 +112,8 @@ struct TopicSummary {
   std::string type;
   std::uint64_t count = 0;
   Stamp first, last;  ///< stamps of the first and the last message
+
+  std::optional<double> rate_hz() const;  ///< messages a second; empty for a single one
 };
 
 /// A choice of the messages of a behavior's recording in a behavior's interval. Without an end it

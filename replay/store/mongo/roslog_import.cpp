@@ -7,6 +7,7 @@
 
 #include "replay/messages/bson_document.hpp"
 #include "replay/messages/field_edit.hpp"
+#include "replay/messages/text.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
 #include "replay/store/mongo/mongo_layout.hpp"
 #include "replay/store/mongo/roslog_document.hpp"
@@ -24,8 +25,7 @@ class Remarks {
   std::vector<std::string> lines() const {
     std::vector<std::string> lines;
     for (const auto& [text, count] : counts_) {
-      const std::string messages = count == 1 ? "1 message" : std::to_string(count) + " messages";
-      lines.push_back(text.first + ": " + messages + " " + text.second);
+      lines.push_back(text.first + ": " + counted(count, "message") + " " + text.second);
     }
     return lines;
   }
