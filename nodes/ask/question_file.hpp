@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "replay/ask/question_book.hpp"
+#include "replay/ask/spoken_words.hpp"
 
 namespace afterglow::nodes {
 

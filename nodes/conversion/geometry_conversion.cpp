@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nodes/conversion/frame_name.hpp"
 #include "replay/messages/robot_names.hpp"
 
 namespace afterglow::nodes {

@@ -1,6 +1,7 @@
 /// \file
 /// Values of geometry_msgs and std_msgs as values of the scene, checked: numbers that are not
-/// finite and places farther than any projector reaches are refused.
+/// finite and places farther than any projector reaches are refused, and so are frame names that
+/// tf2 does not take.
 #pragma once
 
 #include <geometry_msgs/Point.h>
@@ -22,6 +23,10 @@
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
+
+/// Returns true if tf2 looks a frame of this name up: it is not empty and begins with no slash.
+/// Asked for another one, tf2 warns each time.
+inline bool isFrameName(const std::string& name) { return !name.empty() && name.front() != '/'; }
 
 /// The result of reading a message from the network. Messages are untrusted: a bad one gives a
 /// reason to be counted, never an exception. The reason is a stable text (no measured numbers in

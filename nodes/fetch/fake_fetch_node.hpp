@@ -35,7 +35,7 @@
 #include <vector>
 
 #include "nodes/fetch/fake_fetch.hpp"
-#include "nodes/fetch/laser_topics.hpp"
+#include "nodes/fetch/fake_laser.hpp"
 #include "nodes/fetch/runstop.hpp"
 #include "nodes/fetch/velocity_mux.hpp"
 #include "replay/messages/robot_names.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "nodes/pages/drawing.hpp"
-#include "replay/play/samples.hpp"
+#include "replay/play/figures.hpp"
 
 namespace afterglow::nodes {
 

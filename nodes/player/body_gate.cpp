@@ -9,14 +9,14 @@
 #include <utility>
 
 #include "nodes/player/controller_states.hpp"
-#include "nodes/player/robot_guard.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/state_validity.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/plan/refusal_text.hpp"
 #include "replay/motion/stop_maker.hpp"
+#include "replay/plan/refusal_text.hpp"
 #include "replay/plan/rewrite.hpp"
 
 namespace afterglow::nodes {

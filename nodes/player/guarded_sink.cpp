@@ -10,8 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/player/guard_process.hpp"
-#include "nodes/player/robot_guard.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {

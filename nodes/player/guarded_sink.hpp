@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "nodes/player/watchdog.hpp"
-#include "replay/clock/beating_clock.hpp"
+#include "replay/clock/clock.hpp"
 #include "replay/motion/motion_watch.hpp"
 #include "replay/motion/patience.hpp"
 #include "replay/play/outbox.hpp"

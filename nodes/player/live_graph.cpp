@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "nodes/conversion/map_identity.hpp"
-#include "nodes/player/robot_guard.hpp"
-#include "nodes/tools/any_message.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "replay/record/snapshot.hpp"
 

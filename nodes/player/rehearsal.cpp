@@ -5,8 +5,8 @@
 #include <exception>
 #include <optional>
 
-#include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/state_validity.hpp"
+#include "nodes/player/stop_inputs.hpp"
 #include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {

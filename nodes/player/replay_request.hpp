@@ -7,7 +7,7 @@
 
 #include "nodes/player/body_gate.hpp"
 #include "nodes/player/rate_control.hpp"
-#include "nodes/player/replay_time.hpp"
+#include "nodes/player/ros_clock.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/play/player.hpp"
 #include "replay/store/store.hpp"

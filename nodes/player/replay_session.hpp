@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/anchor_broadcast.hpp"
 #include "nodes/player/rehearsal.hpp"
 #include "nodes/player/replay_request.hpp"
 #include "nodes/player/ros_sink.hpp"
+#include "nodes/player/world_anchor.hpp"
 
 namespace afterglow::nodes {
 

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "nodes/player/robot_guard.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/motion/stop_maker.hpp"
 

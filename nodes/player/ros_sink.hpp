@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/tools/any_message.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/milestones.hpp"

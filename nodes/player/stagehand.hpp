@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/anchor_broadcast.hpp"
 #include "nodes/player/media_sink.hpp"
+#include "nodes/player/world_anchor.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 

@@ -1,19 +1,112 @@
 /// \file
-/// All by which people stop a replay in motion: an emergency stop, a button that has to be held,
-/// and driving the robot themselves.
+/// The ways by which people stop a replay in motion: an emergency stop, a button that has to be
+/// held, and driving the robot themselves.
 #pragma once
 
+#include <sensor_msgs/Joy.h>
+
+#include <cstddef>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "nodes/player/emergency_stop.hpp"
-#include "nodes/player/hold_button.hpp"
+#include "nodes/player/node_watch.hpp"
 #include "nodes/player/take_over.hpp"
+#include "nodes/tools/callback_thread.hpp"
+#include "replay/motion/hold_to_run.hpp"
+#include "replay/motion/silence_watch.hpp"
+#include "replay/motion/stop_field.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
+
+/// Options of the emergency stop; without a topic there is none; without a field it is the only
+/// boolean that the messages have.
+struct EmergencyStopOptions : replay::RobotProfile::EmergencyStop {
+  /// s; above 0 the topic has to be repeated at least this often; 0: by its period, if it has one.
+  double longest_silence_s = 0;
+  std::string profile;  ///< the robot's, which names it; empty: an option does
+
+  /// "/robot_state:runstopped", "/power_board/state:!run_stop", "none". Sets all but the silence.
+  /// Throws std::invalid_argument.
+  void set(const std::string& text);
+  /// The same text.
+  std::string text() const;
+};
+
+/// Listens in a thread of its own.
+class EmergencyStop {
+ public:
+  /// Takes `on_stop`, which is called once, with the reason, when the robot has to stop: the stop
+  /// is pressed, its publisher is gone, it is silent or cannot be read.
+  EmergencyStop(const EmergencyStopOptions& options,
+                std::function<void(const std::string& reason)> on_stop);
+
+  /// Waits for the first message, and a moment for more, by which the period is known. Throws
+  /// std::runtime_error, one line, if the robot may not move.
+  void check();
+
+ private:
+  void waitForNews();
+  void onMessage(const AnyMessage& event);
+  void onTimer();
+  void stop(const std::string& reason);
+  std::string named() const;
+
+  const EmergencyStopOptions options_;
+  const std::function<void(const std::string&)> on_stop_;
+  std::mutex mutex_;
+  replay::StopField field_;
+  replay::SilenceWatch silence_;
+  std::string problem_;         ///< the reason why the robot has to stop now; empty: it has not
+  std::size_t publishers_ = 0;  ///< number of connections there were at check()
+  bool has_stopped_ = false;
+  PublisherWatch living_;
+  ros::Subscriber subscriber_;
+  CallbackThread thread_;
+};
+
+/// The button of a joystick (sensor_msgs/Joy) that has to be held for the robot to move.
+struct HoldButtonOptions {
+  std::string topic;  ///< empty: the robot moves without
+  std::size_t button = 0;
+  double patience_s = 60;  ///< time for somebody to press it
+
+  /// "/joy:10". Throws std::invalid_argument.
+  void set(const std::string& text);
+};
+
+/// Listens in a thread of its own.
+class HoldButton {
+ public:
+  /// Takes `on_change`, which that thread calls when the hold begins and ends: released, or silent.
+  HoldButton(const HoldButtonOptions& options, std::function<void(bool is_held)> on_change);
+
+  bool isHeld();
+  /// Says what to press, and returns when it has been held for half a second, which shows that its
+  /// joystick repeats itself. Throws std::runtime_error, one line, if nobody presses it in time,
+  /// or the joystick falls silent.
+  void waitUntilHeld(const std::function<bool()>& is_stopped);
+
+ private:
+  using Event = ros::MessageEvent<const sensor_msgs::Joy>;
+  void onJoy(const Event& event);
+  void tellChange();
+  bool isHeldSteadily();
+  std::string whyNot();
+
+  const HoldButtonOptions options_;
+  const std::string named_;  ///< "button 10 of /joy"
+  const std::function<void(bool)> on_change_;
+  std::mutex mutex_;
+  replay::HoldToRun hold_;
+  bool has_button_ = true;  ///< so have the messages
+  bool was_held_ = false;   ///< state that on_change_ was told
+  CallbackThread thread_;
+};
 
 /// ROS parameters of the same meaning are named in brackets.
 struct StopOptions {

@@ -10,10 +10,10 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <vector>
 
-#include "nodes/player/velocity_route.hpp"
-#include "nodes/tools/any_message.hpp"
 #include "nodes/tools/callback_thread.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/base_obedience.hpp"
 #include "replay/motion/take_over_watch.hpp"
 #include "replay/plan/play_plan.hpp"
@@ -21,6 +21,20 @@
 #include "replay/play/outbox.hpp"
 
 namespace afterglow::nodes {
+
+/// A node that hears velocities on one topic and sends them on another.
+struct VelocityRoute {
+  std::string node;
+  std::string output;               ///< empty: not advertised yet, as topic_tools' mux does late
+  std::vector<std::string> inputs;  ///< others'
+  std::string selected;             ///< std_msgs/String, the input that it passes on; or empty
+};
+
+/// The nodes that pass on what is sent on `topic`: those that hear it and publish one velocity
+/// topic alone, or say which input they have selected, as topic_tools' mux does.
+std::vector<VelocityRoute> velocityRoutes(const RosGraph& graph,
+                                          const std::map<std::string, std::string>& types,
+                                          const std::string& topic);
 
 /// Stands between the guards of the player and the sink that publishes, which must outlive it: it
 /// has to know what the base is told. What the robot's profile does not name is looked up on the

@@ -1,12 +1,21 @@
 #include "nodes/player/watchdog.hpp"
 
 #include <ros/ros.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
 #include <random>
+#include <system_error>
 #include <utility>
 
 #include "nodes/guard/machine_name.hpp"
+#include "nodes/tools/program.hpp"
+#include "nodes/tools/ros_graph.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -117,6 +126,107 @@ bool Watchdog::isHeard() const {
 
 void Watchdog::lose(const std::string& reason) {
   if (lost_.empty()) lost_ = reason;
+}
+
+namespace {
+
+constexpr std::uint32_t kQueueOfBeats = 100;
+constexpr double kAlivePatience = 0.5;  // s, for a node that may be dead
+
+}  // namespace
+
+const char* const kNoRobotGuard =
+    "no afterglow_guard runs on the robot: what is in motion is not stopped when the network is "
+    "cut or this computer sleeps";
+
+std::string robotGuardName() { return ros::names::resolve("afterglow_guard"); }
+
+bool isGuard(const std::string& node) { return node == guardName() || node == robotGuardName(); }
+
+bool isAnother(const std::string& node) {
+  return node != ros::this_node::getName() && !isGuard(node);
+}
+
+bool RobotGuard::isThere(const RosGraph& graph) {
+  const std::string name = robotGuardName();
+  return graph.otherSubscribers(name + "/beats").count(name) > 0 &&
+         isAlive(name, deadlineIn(kAlivePatience));
+}
+
+RobotGuard::RobotGuard() {
+  const std::string name = robotGuardName();
+  outputs_ = node_.advertise<GuardOutputs>(name + "/outputs", kQueueOfBeats);
+  beats_ = node_.advertise<GuardBeat>(name + "/beats", kQueueOfBeats);
+  const auto take = [this](const GuardAnswer& answer) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (answer.player == player_) arrived_ = answer;
+  };
+  thread_.hear<GuardAnswer>(name + "/answers", kQueueOfBeats, take,
+                            ros::TransportHints().tcpNoDelay());
+  thread_.begin();
+}
+
+void RobotGuard::send(const GuardBeat& beat) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    player_ = beat.player;
+  }
+  beats_.publish(beat);
+}
+
+GuardAnswer RobotGuard::answer() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return arrived_;
+}
+
+bool RobotGuard::isOpen() {
+  const bool is_there = beats_.getNumSubscribers() > 0;
+  was_found_ = was_found_ || is_there;
+  return is_there || !was_found_;
+}
+
+namespace {
+
+constexpr const char* kProgram = "afterglow_replay_guard";
+constexpr double kEndPatience = 2;  // s
+
+}  // namespace
+
+std::string guardName() { return ros::this_node::getName() + "_guard"; }
+
+GuardProcess::GuardProcess() {
+  const auto [ours, its] = GuardSocket::makePair();
+  socket_.emplace(ours);
+  const GuardSocket other(its);
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
+  ProgramStart start;
+  start.input = its;
+  start.output = start.error = ProgramStart::kOurs;
+  // Ctrl-C and the end of a terminal are the player's.
+  start.leader = ProgramStart::Leader::OfSession;
+  const std::string program = own.parent_path() / kProgram;
+  try {
+    pid_ = startProgram({program, guardName()}, start);
+  } catch (const std::system_error& error) {
+    throw replay::MotionRefused("the watchdog " + program +
+                                " cannot be started: " + error.code().message());
+  }
+}
+
+GuardProcess::~GuardProcess() {
+  socket_.reset();
+  const Deadline deadline = deadlineIn(kEndPatience);
+  while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
+    if (std::chrono::steady_clock::now() > deadline) ::kill(pid_, SIGKILL);
+    ::usleep(5000);
+  }
+}
+
+GuardAnswer GuardProcess::answer() {
+  for (GuardSocket::Packet packet; !(packet = socket_->receive()).empty();) {
+    GuardSocket::read(packet, answer_);
+  }
+  return answer_;
 }
 
 }  // namespace afterglow::nodes

@@ -1,15 +1,20 @@
 /// \file
-/// A guard as its player sees it: the watchdog beside it (guard_process.hpp), or the guard on the
-/// robot (robot_guard.hpp). It stops what is in motion when the player is gone.
+/// Guards as their player sees them: the watchdog beside it, a process of its own, and the guard on
+/// the robot. They stop the robot when the player is gone.
 #pragma once
+
+#include <sys/types.h>
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/guard/guard_messages.hpp"
+#include "nodes/guard/guard_socket.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/motion_watch.hpp"
 #include "replay/motion/patience.hpp"
@@ -84,6 +89,64 @@ class Watchdog {
   bool is_ready_ = false;
   std::string lost_;
   GuardAnswer answer_;  ///< the latest that was taken in
+};
+
+/// Returns the name of the guard on the robot: afterglow_guard, in this node's namespace.
+std::string robotGuardName();
+
+/// Said where none runs.
+extern const char* const kNoRobotGuard;
+
+/// Guards stop robots, they do not drive them: this node's watchdog, and the guard on the robot.
+bool isGuard(const std::string& node);
+/// Somebody else: neither this node nor one of its guards.
+bool isAnother(const std::string& node);
+
+/// The way to the guard on the robot (nodes/guard/): topics (guard_messages.hpp).
+class RobotGuard : public GuardWay {
+ public:
+  /// Returns true if it runs and answers. Takes at most half a second.
+  static bool isThere(const RosGraph& graph);
+
+  RobotGuard();
+
+  void send(const GuardOutputs& outputs) override { outputs_.publish(outputs); }
+  void send(const GuardBeat& beat) override;
+  GuardAnswer answer() override;
+  bool isOpen() override;
+  bool isSure() const override { return false; }
+
+ private:
+  bool was_found_ = false;
+  std::mutex mutex_;          ///< guards what follows
+  std::uint64_t player_ = 0;  ///< the player whose beats were sent
+  GuardAnswer arrived_;       ///< the latest to it
+  ros::NodeHandle node_;
+  ros::Publisher outputs_, beats_;
+  CallbackThread thread_;
+};
+
+/// Returns the name of this node's watchdog.
+std::string guardName();
+
+/// The way to the watchdog beside the player, a process of its own: afterglow_replay_guard.
+class GuardProcess : public GuardWay {
+ public:
+  /// Starts the program, which lies beside the running one. Throws std::runtime_error, one line.
+  GuardProcess();
+  /// Waits until it has ended, and ends it if that takes too long.
+  ~GuardProcess() override;
+
+  void send(const GuardOutputs& outputs) override { socket_->send(outputs); }
+  void send(const GuardBeat& beat) override { socket_->send(beat); }
+  GuardAnswer answer() override;
+  bool isOpen() override { return !socket_->isClosed(); }
+  bool isSure() const override { return true; }
+
+ private:
+  std::optional<GuardSocket> socket_;  ///< until the process has to end
+  pid_t pid_ = -1;
+  GuardAnswer answer_;
 };
 
 }  // namespace afterglow::nodes

@@ -4,7 +4,6 @@
 
 #include <string>
 
-#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/yaml_map.hpp"
 

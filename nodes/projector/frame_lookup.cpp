@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {

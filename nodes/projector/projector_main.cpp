@@ -7,7 +7,7 @@
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
 #include "nodes/tools/node_main.hpp"
-#include "nodes/tools/registration.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
 

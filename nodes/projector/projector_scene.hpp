@@ -1,6 +1,6 @@
 /// \file
-/// The way from messages and transforms to the scene that projectors show, in world coordinates.
-/// Shared by projector_node and `afterglow render`. Needs no ROS master.
+/// From messages and transforms to the scene that projectors show, in world coordinates. Shared by
+/// projector_node and `afterglow render`. Needs no ROS master.
 #pragma once
 
 #include <nav_msgs/Path.h>
@@ -12,20 +12,54 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include <cstddef>
+#include <future>
+#include <list>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/frames.hpp"
-#include "nodes/conversion/marker_assets.hpp"
+#include "nodes/conversion/marker_conversion.hpp"
+#include "nodes/conversion/mesh_library.hpp"
 #include "nodes/projector/found_surfaces.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/projector/unread_meshes.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
+
+using FutureMesh = std::shared_future<MeshLibrary::Mesh>;
+/// Or refused.
+bool isRead(const FutureMesh& mesh);
+
+/// A marker of a layer, as it arrived.
+struct UnreadMesh {
+  std::size_t layer = 0;
+  visualization_msgs::Marker marker;
+  ros::Time arrived;
+  FutureMesh mesh;
+
+  ContentKey key() const { return {marker.ns, marker.id}; }
+};
+
+/// Meshes in the order of their arrival, one for each layer and key. One thread at a time.
+class UnreadMeshes {
+ public:
+  static constexpr std::size_t kMost = 1000;
+
+  /// False: too many wait; this one is not kept.
+  bool add(UnreadMesh unread);
+  void remove(std::size_t layer, const ContentKey& key);
+  void removeAll(std::size_t layer);
+  void clear() { waiting_.clear(); }
+  /// Returns those whose meshes have been read or refused by now; they do not wait any more.
+  std::vector<UnreadMesh> takeRead();
+  const std::list<UnreadMesh>& waiting() const { return waiting_; }
+
+ private:
+  std::list<UnreadMesh> waiting_;
+};
 
 template <typename MessageType>
 struct MessageTag {

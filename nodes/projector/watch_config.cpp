@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <system_error>
 
-#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "nodes/recorder/recorder_node.hpp"
 #include "nodes/tools/node_main.hpp"
-#include "nodes/tools/registration.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {

@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "nodes/recorder/goal_recorder.hpp"
 #include "nodes/recorder/recorder_options.hpp"
 #include "nodes/recorder/recording_actions.hpp"
 #include "nodes/recorder/recording_manager.hpp"

@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "nodes/recorder/noted_nodes.hpp"
 #include "nodes/recorder/referred_files.hpp"
-#include "nodes/recorder/unread_input.hpp"
+#include "nodes/recorder/topic_listener.hpp"
+#include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/robot_time.hpp"
 
 namespace afterglow::nodes {

@@ -1,5 +1,10 @@
 #include "nodes/recorder/topic_listener.hpp"
 
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -127,6 +132,20 @@ std::size_t TopicListener::channelOf(const std::string& topic, const Event& even
   types_[topic] = channel.type;
   if (!channel.caller_id.empty()) senders_[topic].insert(channel.caller_id);
   return channels_[header] = recorder_.channelIndex(channel);
+}
+
+bool hasUnreadInput() {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", error)) {
+    const int fd = std::atoi(entry.path().filename().c_str());
+    struct stat kind {};
+    int unread = 0;
+    if (fstat(fd, &kind) == 0 && S_ISSOCK(kind.st_mode) && ioctl(fd, FIONREAD, &unread) == 0 &&
+        unread > 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace afterglow::nodes

@@ -76,4 +76,7 @@ class TopicListener {
   std::map<std::string, std::set<std::string>> senders_;  ///< senders by topic
 };
 
+/// True if a socket of this process holds bytes that were not read yet. roscpp does not say.
+bool hasUnreadInput();
+
 }  // namespace afterglow::nodes

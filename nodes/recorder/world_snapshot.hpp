@@ -1,6 +1,6 @@
 /// \file
 /// The world around a behavior, as its snapshot keeps it: poses between the anchors, the robot's
-/// description, its map, the projector's calibration.
+/// description, its map, the projector's calibration, the nodes around its topics.
 #pragma once
 
 #include <ros/ros.h>
@@ -49,5 +49,9 @@ class WorldSnapshot {
   ros::NodeHandle node_;
   ros::Subscriber camera_info_subscriber_, map_subscriber_;
 };
+
+/// Asks the master who publishes and who hears these topics, the answers of those that are goals,
+/// and all velocities and joysticks, without this node. Empty if it does not answer.
+replay::RecordedNodes nodesNow(const std::vector<std::string>& topics);
 
 }  // namespace afterglow::nodes

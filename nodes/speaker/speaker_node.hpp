@@ -15,7 +15,6 @@
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/speaker/floor_caption.hpp"
 #include "nodes/speaker/sound_board.hpp"
-#include "nodes/speaker/sound_device.hpp"
 #include "nodes/speaker/speech.hpp"
 #include "nodes/speaker/speech_log.hpp"
 
@@ -26,7 +25,7 @@ namespace afterglow::nodes {
 /// latched: ~state (std_msgs/String), the text being said, empty when it has been said; ~duration
 /// (std_msgs/Float64), how many seconds it takes in all, 0 when it has been said, 1e9 in a loop;
 /// /robotsound/problem (std_msgs/String), why nothing can be heard or the last request was refused,
-/// empty: all is well. Parameters: ~voice (en-us), ~engine (auto: better_voice.hpp),
+/// empty: all is well. Parameters: ~voice (en-us), ~engine (auto: speech.hpp),
 /// ~words_per_minute (160), ~player ("": aplay or paplay, whichever is there; "none": silent),
 /// ~folder ("": keep nothing; else a WAV file for every sound and speech.json), and those of
 /// FloorCaption. While sound_play runs, it alone is heard: this node is silent, and warns. The

@@ -1,9 +1,10 @@
 /// \file
-/// A thread of its own for what a class hears of ROS.
+/// A thread of its own for the messages that a class hears, of a known type or of any.
 #pragma once
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
+#include <topic_tools/shape_shifter.h>
 
 #include <cstdint>
 #include <functional>
@@ -11,7 +12,19 @@
 #include <utility>
 #include <vector>
 
+#include "replay/messages/message.hpp"
+
 namespace afterglow::nodes {
+
+/// A message with its sender.
+using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
+
+inline replay::Bytes bytesOf(const topic_tools::ShapeShifter& message) {
+  replay::Bytes bytes(message.size());
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  message.write(stream);
+  return bytes;
+}
 
 /// Calls the callbacks of subscriptions and timers, none before begin() and none after end(). As
 /// the last member of a class its destructor ends it before what the callbacks use is gone.

@@ -1,9 +1,11 @@
 /// \file
-/// Other programs of this machine (ffmpeg, aplay, the watchdog), started without a shell.
+/// Other programs of this machine (ffmpeg, aplay, the watchdog), started without a shell, and work
+/// that may hang or crash (drivers, displays, servers), done by a process of its own.
 #pragma once
 
 #include <sys/types.h>
 
+#include <functional>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -56,5 +58,10 @@ class EndableProgram {
   pid_t pid_ = 0;  ///< number of a program that has not been waited for, so that it is no other's
   bool is_ended_ = false;
 };
+
+/// Forks, and returns what `work` returns there, at most 64 KiB. Throws std::runtime_error, one
+/// line, with what `work` threw, with the signal that ended it, or if it has not ended within
+/// `seconds`; then it is killed. To be called while this process has one thread.
+std::string boundedWork(double seconds, const std::function<std::string()>& work);
 
 }  // namespace afterglow::nodes

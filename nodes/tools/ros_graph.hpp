@@ -1,6 +1,7 @@
 /// \file
-/// Questions to a ROS master and to nodes, with a deadline: whether they answer, who publishes and
-/// who subscribes. Sources: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
+/// The ROS master: whether it answers, who publishes and who subscribes, asked of the master and of
+/// the nodes themselves, with a deadline; and a node's registration. Sources:
+/// wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
 #pragma once
 
 #include <chrono>
@@ -13,6 +14,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -109,5 +112,24 @@ std::vector<std::string> waitForPublishers(const std::vector<std::string>& topic
 /// argument __master:=URI, answers, and says so on stderr, which begins with `node`. False: a stop
 /// was requested first. Throws std::runtime_error for a URI that is none.
 bool awaitMaster(int argc, char** argv, const std::string& node);
+
+/// A node's registration: a master that is killed and started again knows no node, and roscpp does
+/// not tell it, so that the node's services could not be called any more. Looks every second
+/// whether the master knows this node, in a thread of its own. A master that does not is told all
+/// that the node publishes, subscribes to and serves. Connections between nodes do not depend on
+/// the master and last through its absence. To be made after ros::init; it has to end before ROS
+/// shuts down.
+class Registration {
+ public:
+  Registration();
+
+ private:
+  void look();
+  bool registerAgain() const;
+
+  std::set<std::string> services_;  ///< services of this node, as a master has told
+  bool was_known_ = false;
+  replay::RepeatingThread thread_;  ///< last: uses all of the above
+};
 
 }  // namespace afterglow::nodes

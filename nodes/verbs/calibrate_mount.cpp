@@ -20,7 +20,7 @@
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/mount_poses.hpp"
 #include "nodes/tools/yaml_map.hpp"
-#include "nodes/verbs/transform_question.hpp"
+#include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/text.hpp"
 

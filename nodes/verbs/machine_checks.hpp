@@ -2,8 +2,12 @@
 /// `afterglow doctor`: what this machine has, without ROS. Each check that asks drivers, displays,
 /// servers or other programs does it in a process of its own and for a bounded time; all are to be
 /// called while this process has one thread. None throws.
+/// The difference between another machine's clock and this one's, asked of its time server (NTP:
+/// chrony, ntpd, systemd-timesyncd does not answer) by one question. Source: RFC 4330 (SNTP),
+/// sections 4 and 5.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +16,20 @@
 #include "render/gl/monitor_choice.hpp"
 
 namespace afterglow::nodes {
+
+/// The distance between another machine's clock and this one's.
+struct ClockOffset {
+  std::int64_t ahead_ns = 0;    ///< the other clock is ahead of ours by so much
+  std::int64_t at_most_ns = 0;  ///< and that is wrong by no more: half of the round trip
+};
+
+/// The best of up to 4 questions. Empty if no time server answers there within `seconds`, or it
+/// says that its clock is not set.
+std::optional<ClockOffset> askTimeServer(const std::string& host, double seconds,
+                                         std::uint16_t port = 123);
+
+/// Returns true if an address of that host is this machine's; false if the name is not known.
+bool isThisMachine(const std::string& host);
 
 Checkup checkGpu();
 /// Judges the description that GlContext gives; a software renderer is named as such.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <ros/ros.h>
-
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,8 +19,8 @@
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
-#include "nodes/player/robot_guard.hpp"
 #include "nodes/player/stagehand.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_command.hpp"
 #include "nodes/verbs/play_keys.hpp"

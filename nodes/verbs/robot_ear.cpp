@@ -12,7 +12,7 @@
 #include <exception>
 #include <memory>
 
-#include "nodes/tools/any_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "replay/motion/stop_field.hpp"

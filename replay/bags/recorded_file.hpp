@@ -1,12 +1,13 @@
 /// \file
-/// Files of recorded messages that are imported: bags of ROS 1, MCAP files, bags of ROS 2. Internal
-/// to replay.
+/// Files of recorded messages that are imported: bags of ROS 1, MCAP files, bags of ROS 2; others
+/// are told by their first bytes. Internal to replay.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "replay/messages/message.hpp"
@@ -42,5 +43,9 @@ class RecordedFile {
 
 /// The file, or those of a ROS 2 bag's folder. Throws BagError for what is no recording.
 std::vector<std::unique_ptr<RecordedFile>> openRecording(const std::string& path);
+
+/// Says what the file is instead of a recording, and the way out; empty: it may be one. `beginning`
+/// holds its first 512 bytes, or all of them.
+std::string otherThanRecording(std::string_view beginning);
 
 }  // namespace afterglow::replay

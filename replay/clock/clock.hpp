@@ -1,8 +1,17 @@
 /// \file
-/// The clock that the player sleeps on. Injected: tests replay hours in no time.
+/// The clocks that a player sleeps on. Injected: tests replay hours in no time.
 #pragma once
 
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
 #include "replay/clock/steady_time.hpp"
+#include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
@@ -35,6 +44,53 @@ class SteadyClock : public Clock {
  private:
   static constexpr std::int64_t kSpin = 200'000;  // ns
   int timer_ = -1, waker_ = -1;
+};
+
+/// A clock on which the sleeping thread gives heartbeats: a player that hangs gives none. Sleeps on
+/// another clock, which must outlive it. The other clock may stand still or run slowly, so tick()
+/// says when a beat is due.
+class BeatingClock : public Clock {
+ public:
+  BeatingClock(Clock& clock, std::function<void()> beat) : clock_(clock), beat_(std::move(beat)) {}
+
+  SteadyTime now() const override { return clock_.now(); }
+  bool sleepUntil(SteadyTime deadline) override;
+  void wake() override;
+
+  /// A beat is due: the sleeping thread gives it. Any thread.
+  void tick();
+  /// The calling thread gives the beats until another one sleeps.
+  void watchThisThread() { sleeper_ = std::this_thread::get_id(); }
+  /// Gives a beat that is due, if this is the thread that sleeps: to be called while it works.
+  void beatIfDue();
+
+ private:
+  Clock& clock_;
+  const std::function<void()> beat_;
+  std::atomic<bool> is_due_{true}, is_woken_{false};
+  std::atomic<std::thread::id> sleeper_{std::thread::id()};
+};
+
+/// A clock that another process drives: a simulation's /clock. It stands while that clock stands.
+class FollowedClock : public Clock {
+ public:
+  /// Takes the other clock's time; any thread. Set back, it counts on from where it was. Returns
+  /// how far that is from what it showed before, ns; 0 at first.
+  std::int64_t tick(Stamp time);
+  bool hasTicked() const;
+  /// The last time of the other clock.
+  Stamp time() const;
+
+  SteadyTime now() const override;
+  bool sleepUntil(SteadyTime deadline) override;
+  void wake() override;
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_ticked_ = false, is_woken_ = false;
+  Stamp time_;
+  SteadyTime now_{1'000'000'000};
 };
 
 }  // namespace afterglow::replay

@@ -2,18 +2,41 @@
 /// Messages as BSON documents, laid out as mongodb_store's msg_to_document does, so that its tools
 /// read them: the message's fields are the document's, nested messages are documents in it, time
 /// and duration are {secs, nsecs}, uint8[] is Binary, strings are UTF-8 or, where they are not,
-/// Binary. Needs libbson; for .cpp files of replay and its tests.
+/// Binary. Numbers are read in all the forms that writers give them. Needs libbson; for .cpp files
+/// of replay and its tests.
 #pragma once
 
 #include <bson/bson.h>
 
 #include <limits>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "replay/messages/document.hpp"
 
 namespace afterglow::replay {
+
+/// The BSON value does not fit the field's type. The text follows the field's name: "is a string
+/// instead of an integer". All functions here throw it.
+class BsonMismatch : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// "is ... instead of `expected`".
+[[noreturn]] void failBsonType(const bson_iter_t& at, std::string_view expected);
+
+/// A value of any type but Message.
+Value bsonScalar(FieldType type, const bson_iter_t& at);
+Value zeroScalar(FieldType type);
+
+/// Adds an element that is a number.
+void addBsonNumber(NumberArray& array, const bson_iter_t& at);
+
+/// The bytes of a string or of binary data: writers use either. Valid as long as the document.
+std::string_view bsonBytes(const bson_iter_t& at, std::string_view expected);
 
 struct BsonOptions {
   /// Number arrays longer than this (uint8[] too) become {"type":..., "count":...}, which cannot be

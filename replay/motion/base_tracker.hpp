@@ -30,7 +30,6 @@
 #include "replay/motion/drive_timing.hpp"
 #include "replay/motion/final_approach.hpp"
 #include "replay/motion/obstacle_stop.hpp"
-#include "replay/motion/path_time.hpp"
 #include "replay/motion/pose_track.hpp"
 #include "replay/motion/silence_watch.hpp"
 

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "replay/messages/ranges.hpp"
-#include "replay/plan/nested_goals.hpp"
 #include "replay/plan/recorded_drivers.hpp"
 #include "replay/plan/refusal_text.hpp"
 #include "replay/plan/robot_profile.hpp"

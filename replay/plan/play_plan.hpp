@@ -103,7 +103,7 @@ TopicName publishedName(const TopicName& recorded, const PlanOptions& options);
 /// Plays of the behavior's own topics, of these modalities, what the table of permission.hpp lets:
 /// by themselves the body's, and those to be shown (drawable or speech, and named in the
 /// recording's request or a projector's layer). A pattern names nothing. Of what made another
-/// topic's messages, and that topic, one is played (nested_goals.hpp). Throws StoreError, and
+/// topic's messages, and that topic, one is played (recorded_drivers.hpp). Throws StoreError, and
 /// std::invalid_argument, one line, for what is asked of topics that the behavior has not, names
 /// that meet, patterns, and a part that is empty.
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);

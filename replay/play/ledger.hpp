@@ -12,9 +12,8 @@
 
 #include "replay/clock/timeline.hpp"
 #include "replay/motion/goal_book.hpp"
+#include "replay/play/figures.hpp"
 #include "replay/play/play_report.hpp"
-#include "replay/play/recent_worst.hpp"
-#include "replay/play/skew.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

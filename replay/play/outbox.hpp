@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "replay/messages/message.hpp"
 #include "replay/motion/motion_rate.hpp"
 #include "replay/motion/stop_maker.hpp"
 #include "replay/plan/anchoring.hpp"
@@ -19,6 +20,12 @@
 #include "replay/play/play_context.hpp"
 
 namespace afterglow::replay {
+
+/// Returns the message that clears a topic of projected content, as rviz's displays take it: it
+/// empties PointCloud2 (keeps its fields), LaserScan, Path, Marker and MarkerArray; empty for every
+/// other type, and for a `last` message that does not fit its definition. `last` gives the frame.
+/// Stamps are left at 0, "whenever".
+std::optional<Bytes> clearingMessage(const Channel& channel, const Bytes& last);
 
 /// A receiver of messages.
 class MessageSink {

@@ -4,9 +4,9 @@
 
 #include <cstdint>
 #include <map>
-#include <set>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,8 +14,7 @@
 #include "replay/motion/base_drive.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/plan/play_plan.hpp"
-#include "replay/play/lateness.hpp"
-#include "replay/play/samples.hpp"
+#include "replay/play/figures.hpp"
 
 namespace afterglow::replay {
 
@@ -36,13 +35,6 @@ struct PlayWait {
   double recorded_s = 0, played_s = 0;  ///< place and time of its begin
   double seconds = 0;
   std::string what;  ///< the topic that was waited for
-};
-
-/// The difference between the moments at which light or speech was published and where they were
-/// recorded, relative to the body.
-struct ModalitySkew {
-  Lateness size;    ///< either way
-  Samples samples;  ///< ms; above zero: later than the body
 };
 
 struct InStep {

@@ -12,7 +12,6 @@
 #include "replay/motion/milestones.hpp"
 #include "replay/play/arm_lead.hpp"
 #include "replay/play/body_in_force.hpp"
-#include "replay/play/driven_base.hpp"
 #include "replay/play/ledger.hpp"
 #include "replay/play/outbox.hpp"
 #include "replay/play/play_options.hpp"

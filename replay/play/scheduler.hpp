@@ -1,6 +1,6 @@
 /// \file
-/// The scheduler: one loop that waits for deadlines and for requests, and has the other parts of
-/// the player act.
+/// The scheduler: one loop that waits for deadlines and for requests, drives the base, and has the
+/// other parts of the player act.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
+#include "replay/motion/base_drive.hpp"
 #include "replay/play/arm_lead.hpp"
 #include "replay/play/body_in_force.hpp"
-#include "replay/play/driven_base.hpp"
 #include "replay/play/message_lanes.hpp"
 #include "replay/play/outbox.hpp"
 #include "replay/play/play_context.hpp"
@@ -21,6 +21,31 @@
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
+
+/// Steps PlayOptions::base_drive; does nothing without one. For the thread that plays. Everything
+/// given outlives it.
+class DrivenBase {
+ public:
+  DrivenBase(const PlayContext& play, std::function<Stamp()> ros_now, Outbox& outbox,
+             const StepGate& gate);
+
+  /// The replay begins at this recorded moment, or goes on there.
+  void enter(Stamp at);
+  /// Sends the next command if one is due. A lost base is a failure of the body.
+  void step();
+  /// Returns when step() is due.
+  SteadyTime nextStep() const { return drive_ ? next_step_ : SteadyTime::forever(); }
+  /// The base is driven at this recorded moment, or has not arrived yet.
+  bool isBusy(Stamp at) const { return drive_ && drive_->isBusy(at); }
+
+ private:
+  const PlayContext& play_;
+  const std::function<Stamp()> ros_now_;
+  Outbox& outbox_;
+  const StepGate& gate_;
+  BaseDrive* const drive_;
+  SteadyTime next_step_;
+};
 
 /// The parts of a player, which outlive its scheduler.
 struct PlayerParts {

@@ -36,10 +36,26 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
-#include "replay/query/text_pattern.hpp"
+#include "replay/query/regular_expression.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
+
+/// The $regex of a filter: Perl's, by the library that MongoDB has, too (PCRE2).
+class TextPattern {
+ public:
+  /// `options`: i (case aside), m (^ and $ at every line), s (. takes line breaks), x (blanks are
+  /// not part of it). Throws FilterError, with the place in the pattern.
+  TextPattern(const std::string& pattern, const std::string& options);
+
+  /// True if the text has a match. Throws FilterError for a pattern that takes too long, as nested
+  /// repetitions do.
+  bool isIn(const std::string& text) const;
+
+ private:
+  std::string pattern_;
+  RegularExpression expression_;
+};
 
 /// A text that is no filter; one line with the place in it and the reason.
 class FilterError : public std::runtime_error {

@@ -10,7 +10,7 @@
 #include <tuple>
 #include <vector>
 
-#include "replay/record/topic_limit.hpp"
+#include "replay/record/topic_choice.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

@@ -1,11 +1,16 @@
 /// \file
 /// Message definitions of ROS 2 in terms of ROS 1. Internal to replay. Source of the grammar:
 /// docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html.
+/// Types whose ROS 2 definition is known although a bag does not hold it: those of ROS 1's common
+/// packages, most of which differ by the header's `seq` alone. Internal to replay.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "replay/messages/definitions.hpp"
 
 namespace afterglow::replay {
 
@@ -23,5 +28,10 @@ std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_d
 std::string markAsForeign(const std::string& definition, const std::string& why);
 /// Returns why; empty: the definition is not marked.
 std::optional<std::string> whyForeign(std::string_view definition);
+
+/// ROS 1 definitions, as of ros1Definition(), of the layouts that the type had in releases of ROS 2
+/// which write no definitions (up to Humble); the newest first. `known` is ROS 1's. Empty: none is
+/// known to be right.
+std::vector<std::string> ros2Layouts(const std::string& type, const Definition& known);
 
 }  // namespace afterglow::replay

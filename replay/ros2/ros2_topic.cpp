@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "replay/ros2/known_types.hpp"
 #include "replay/ros2/ros2_definition.hpp"
 
 namespace afterglow::replay {

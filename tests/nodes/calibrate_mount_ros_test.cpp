@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/verbs/transform_question.hpp"
+#include "nodes/verbs/verb_node.hpp"
 #include "tests/support/calibrate_command.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

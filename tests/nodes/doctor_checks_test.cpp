@@ -17,8 +17,7 @@
 
 #include "nodes/player/robot_file.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/tools/bounded_work.hpp"
-#include "nodes/tools/time_server.hpp"
+#include "nodes/tools/program.hpp"
 #include "nodes/verbs/machine_checks.hpp"
 #include "nodes/verbs/robot_checks.hpp"
 #include "nodes/verbs/setup_files.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/projector/even_pace.hpp"
+#include "nodes/projector/picture_schedule.hpp"
 
 #include <gtest/gtest.h>
 

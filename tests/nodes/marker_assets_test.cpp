@@ -1,5 +1,5 @@
 // Text and meshes of markers: what messages may name, what is refused and how, whose letters.
-#include "nodes/conversion/marker_assets.hpp"
+#include "nodes/conversion/marker_conversion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <string>
 
-#include "nodes/conversion/marker_conversion.hpp"
 #include "tests/support/cube_files.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "nodes/projector/dark_reasons.hpp"
-#include "nodes/projector/parent_watch.hpp"
+#include "nodes/projector/transform_listener.hpp"
 
 namespace afterglow::nodes::projector_diagnostics_test {
 namespace {

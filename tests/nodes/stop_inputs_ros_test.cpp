@@ -21,8 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/emergency_stop.hpp"
-#include "nodes/player/hold_button.hpp"
+#include "nodes/player/stop_inputs.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/joystick.hpp"

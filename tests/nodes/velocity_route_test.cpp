@@ -1,4 +1,4 @@
-#include "nodes/player/velocity_route.hpp"
+#include "nodes/player/take_over.hpp"
 
 #include <gtest/gtest.h>
 

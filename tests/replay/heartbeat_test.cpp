@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-#include "replay/clock/beating_clock.hpp"
+#include "replay/clock/clock.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/motion_watch.hpp"
 #include "tests/support/jumping_clock.hpp"

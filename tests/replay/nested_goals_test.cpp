@@ -1,4 +1,4 @@
-#include "replay/plan/nested_goals.hpp"
+#include "replay/plan/recorded_drivers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "replay/plan/recorded_drivers.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/recorded_robot.hpp"

@@ -1,4 +1,4 @@
-#include "replay/motion/path_time.hpp"
+#include "replay/motion/drive_timing.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 #include <chrono>
 #include <thread>
 
-#include "replay/clock/followed_clock.hpp"
+#include "replay/clock/clock.hpp"
 #include "replay/play/consumer_lag.hpp"
-#include "replay/play/lateness.hpp"
+#include "replay/play/figures.hpp"
 
 namespace afterglow::replay::timeline_test {
 namespace {

@@ -1,5 +1,6 @@
 /// \file
-/// Reads the behaviors of a SQLite store. Internal to replay/store.
+/// Reads the behaviors of a SQLite store, also by the contents of their messages. Internal to
+/// replay/store.
 #pragma once
 
 #include <string>
@@ -20,5 +21,12 @@ Behavior readBehavior(const SqliteStatement& row);
 /// Under the lock of the connection.
 std::vector<Behavior> findBehaviors(SqliteConnection& connection, const BehaviorFilter& filter,
                                     bool open_are_incomplete, std::vector<std::string>* steps);
+
+/// Leaves those of `found` that match `filter.where`, `filter.limit` at most, in their order. Reads
+/// through the connection, whose lock the caller holds; if that is null, through connections of its
+/// own to the store in the file `path`. `steps`, if given, gets lines of Store::explain().
+void filterBehaviors(SqliteConnection* connection, const std::string& path,
+                     const BehaviorFilter& filter, std::vector<Behavior>& found,
+                     std::vector<std::string>* steps);
 
 }  // namespace afterglow::replay

@@ -17,7 +17,7 @@ namespace {
 /// The time that one process waits for another's transaction; readers never wait.
 constexpr int kBusyTimeout_ms = 10'000;
 /// The time between looks whether that has ended. SQLite's own handler soon looks only every 100
-/// ms, and then misses the pauses of a process that writes much (writing_turns.hpp).
+/// ms, and then misses the pauses of a process that writes much (store_import.hpp).
 constexpr std::chrono::milliseconds kBusyPoll{2};
 /// The time that a commit waits for readers when the log has grown too long.
 constexpr int kReaderTimeout_ms = 200;

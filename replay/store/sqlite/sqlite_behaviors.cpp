@@ -7,7 +7,6 @@
 #include "replay/query/filter.hpp"
 #include "replay/store/sqlite/behavior_counts.hpp"
 #include "replay/store/sqlite/behavior_query.hpp"
-#include "replay/store/sqlite/behavior_scan.hpp"
 #include "replay/store/sqlite/store_locks.hpp"
 
 namespace afterglow::replay {

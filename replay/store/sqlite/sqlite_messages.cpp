@@ -7,7 +7,7 @@
 #include "replay/store/sqlite/behavior_counts.hpp"
 #include "replay/store/sqlite/sqlite_cursor.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
-#include "replay/store/writing_turns.hpp"
+#include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/fetch/laser_topics.hpp"
+#include "nodes/fetch/fake_laser.hpp"
 #include "nodes/fetch/robot_model.hpp"
 #include "tests/support/simulated_drive.hpp"
 

@@ -13,9 +13,9 @@
 #pragma once
 
 #include <actionlib/server/action_server.h>
-#include <controller_manager_msgs/ListControllers.h>
 #include <control_msgs/FollowJointTrajectoryAction.h>
 #include <control_msgs/GripperCommandAction.h>
+#include <controller_manager_msgs/ListControllers.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
@@ -29,7 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/fetch/laser_topics.hpp"
+#include "nodes/fetch/fake_laser.hpp"
 #include "tests/support/robots/robot_facts.hpp"
 #include "tests/support/robots/trajectory_controller.hpp"
 #include "tests/support/simulated_drive.hpp"
