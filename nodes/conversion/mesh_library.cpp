@@ -88,7 +88,7 @@ std::shared_future<MaybeMesh> MeshLibrary::ask(const std::string& resource) {
   const bool is_posted = thread_.post([this, resource, promise] {
     MaybeMesh mesh = answer(resource, read(resource));
     {
-      const std::lock_guard<std::mutex> lock(mutex_);
+      const std::lock_guard<std::mutex> answered(mutex_);
       asked_.erase(resource);
     }
     promise->set_value(std::move(mesh));

@@ -1,6 +1,5 @@
 #include "nodes/tools/ros_graph.hpp"
 
-#include <XmlRpc.h>
 #include <ros/connection_manager.h>
 #include <ros/console.h>
 #include <ros/master.h>

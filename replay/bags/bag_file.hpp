@@ -1,7 +1,7 @@
 /// \file
 /// Rosbags (format 2.0, plain, bz2 or lz4) and MCAP files into a store and out of one; bags of ROS
-/// 2 (sqlite3 or MCAP) into a store. Writing rosbags needs rosbag_storage, zstd needs libzstd;
-/// built without them, what needs them throws BagError saying so.
+/// 2 (sqlite3 or MCAP) into a store. Files packed with zstd need libzstd; built without it, they
+/// throw BagError saying so.
 #pragma once
 
 #include <cstdint>

@@ -41,8 +41,7 @@ class ExportFile {
   bool is_published_ = false;
 };
 
-/// A bag of ROS 1, of None, Bz2 or Lz4. Needs rosbag_storage; built without it, throws BagError
-/// saying so.
+/// A bag of ROS 1, of None, Bz2 or Lz4.
 std::unique_ptr<ExportFile> writeRosbag(const std::string& path, Packing packing);
 
 /// An MCAP file of ROS 1 messages, of None, Lz4 or Zstd, with a record about each behavior.

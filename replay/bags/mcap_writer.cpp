@@ -66,8 +66,6 @@ const char* nameOf(Packing packing) {
   return packing == Packing::Zstd ? "zstd" : "";
 }
 
-void append(Bytes& to, const Bytes& bytes) { to.insert(to.end(), bytes.begin(), bytes.end()); }
-
 }  // namespace
 
 void McapWriter::Interval::add(std::uint64_t time) {

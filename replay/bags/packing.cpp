@@ -138,10 +138,26 @@ Bytes packZstd(const Bytes&) {
 }
 #endif
 
+Bytes packBz2(Bytes bytes) {
+  constexpr int kLevel = 9;
+  Bytes packed(bytes.size() + bytes.size() / 100 + 600);  // bzip2's own bound
+  auto size = static_cast<unsigned>(packed.size());
+  const int code = BZ2_bzBuffToBuffCompress(reinterpret_cast<char*>(packed.data()), &size,
+                                            reinterpret_cast<char*>(bytes.data()),
+                                            static_cast<unsigned>(bytes.size()), kLevel, 0, 0);
+  if (code != BZ_OK) throw BagDamage("cannot be packed: bzip2 says " + std::to_string(code));
+  packed.resize(size);
+  return packed;
+}
+
 Bytes packLz4(const Bytes& bytes) {
-  Bytes packed(LZ4F_compressFrameBound(bytes.size(), nullptr));
-  const std::size_t size =
-      LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), nullptr);
+  // The kind of frame that rosbag's own LZ4 (roslz4) reads.
+  LZ4F_preferences_t preferences{};
+  preferences.frameInfo.blockMode = LZ4F_blockIndependent;
+  preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
+  Bytes packed(LZ4F_compressFrameBound(bytes.size(), &preferences));
+  const std::size_t size = LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(),
+                                              bytes.size(), &preferences);
   if (LZ4F_isError(size) != 0) {
     throw BagDamage(std::string("cannot be packed: lz4 says ") + LZ4F_getErrorName(size));
   }
@@ -188,8 +204,9 @@ Bytes pack(Packing packing, const Bytes& bytes) {
       return packLz4(bytes);
     case Packing::Zstd:
       return packZstd(bytes);
+    case Packing::Bz2:
+      return packBz2(bytes);
     case Packing::None:
-    case Packing::Bz2:  // rosbag_storage packs its chunks itself
       break;
   }
   return bytes;

@@ -27,7 +27,11 @@ Bytes unpack(Packing packing, Bytes packed, std::size_t size);
 /// The size that a zstd frame says to have unpacked; empty: the bytes are none, or it does not say.
 std::optional<std::uint64_t> zstdSize(const Bytes& packed);
 
-/// Packs with None, Lz4 or Zstd. Throws BagDamage.
+/// Packs the bytes. Throws BagDamage.
 Bytes pack(Packing packing, const Bytes& bytes);
+
+inline void append(Bytes& to, const Bytes& bytes) {
+  to.insert(to.end(), bytes.begin(), bytes.end());
+}
 
 }  // namespace afterglow::replay

@@ -12,7 +12,7 @@
 namespace afterglow::replay {
 
 /// Releases before Iron wrote no definitions: then those of common types are known
-/// (ros2/known_types.hpp), and other topics are left out.
+/// (ros2/ros2_definition.hpp), and other topics are left out.
 class Ros2Database : public RecordedFile {
  public:
   Ros2Database(const std::string& path, FindDefinition find);
