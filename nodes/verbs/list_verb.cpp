@@ -16,9 +16,9 @@ namespace {
 
 struct ListOptions {
   std::string store;
-  std::optional<std::string> name, outcome, topic, robot, tag, where;
+  replay::BehaviorFilter filter;  ///< as far as it stands in the command line
+  std::optional<std::string> where;
   std::string since, until, before;
-  std::optional<std::size_t> limit;
   bool last = false, explain = false, json = false;
 };
 
@@ -57,18 +57,13 @@ replay::BehaviorFilter anyOne() {
 
 /// But for --before, which may name a behavior of the store.
 replay::BehaviorFilter filterOf(const ListOptions& options) {
-  replay::BehaviorFilter filter;
-  filter.name = options.name;
-  filter.outcome = options.outcome;
-  filter.topic = options.topic;
-  filter.robot = options.robot;
-  filter.tag = options.tag;
+  replay::BehaviorFilter filter = options.filter;
   filter.since = timeOption("--since", options.since);
   filter.until = timeOption("--until", options.until);
   if (options.where) {
     filter.where = std::make_shared<const replay::Filter>(replay::Filter::parse(*options.where));
   }
-  filter.limit = options.last ? std::optional<std::size_t>(1) : options.limit;
+  if (options.last) filter.limit = 1;
   return filter;
 }
 
@@ -100,11 +95,11 @@ void runList(const ListOptions& options) {
 void addListVerb(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
   CLI::App* verb = addVerb(app, "list");
-  verb->add_option("--name", options->name, "Only of this name");
-  verb->add_option("--outcome", options->outcome, "Only with this outcome (success, failure, ...)");
-  verb->add_option("--topic", options->topic, "Only with messages on this topic");
-  verb->add_option("--robot", options->robot, "Only of this robot");
-  verb->add_option("--tag", options->tag, "Only with this tag");
+  verb->add_option("--name", options->filter.name, "Only of this name");
+  verb->add_option("--outcome", options->filter.outcome, "Only with this outcome (success, failure, ...)");
+  verb->add_option("--topic", options->filter.topic, "Only with messages on this topic");
+  verb->add_option("--robot", options->filter.robot, "Only of this robot");
+  verb->add_option("--tag", options->filter.tag, "Only with this tag");
   verb->add_option("--where", options->where,
                    "Only what matches this filter, in MongoDB's language, over a behavior's fields "
                    "and, by topic, its messages': {\"attempt\": {\"$gt\": 1}, \"/cmd_vel\": "
@@ -115,7 +110,7 @@ void addListVerb(CLI::App& app) {
   verb->add_option("--until", options->until, "Only what began before this time");
   verb->add_option("--before", options->before,
                    "Only what began before a behavior (\"3\", \"last failed pick\") or a time");
-  CLI::Option* limit = verb->add_option("--limit", options->limit, "Only so many, the newest");
+  CLI::Option* limit = verb->add_option("--limit", options->filter.limit, "Only so many, the newest");
   verb->add_flag("--last", options->last, "Only the newest")->excludes(limit);
   verb->add_flag("--explain", options->explain,
                  "How they are searched for, instead: by which index, how many messages are read");

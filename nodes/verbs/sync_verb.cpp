@@ -16,21 +16,15 @@ namespace {
 
 struct SyncOptions {
   std::string from, to, since, where;
-  std::optional<std::string> name, outcome, robot, tag;
+  replay::BehaviorFilter filter;  ///< as far as it stands in the command line
 };
 
 replay::BehaviorFilter filterOf(const SyncOptions& options) {
-  replay::BehaviorFilter filter;
-  filter.name = options.name;
-  filter.outcome = options.outcome;
-  filter.robot = options.robot;
-  filter.tag = options.tag;
+  replay::BehaviorFilter filter = options.filter;
+  filter.since = timeOption("--since", options.since);
   if (!options.where.empty()) {
     filter.where = std::make_shared<replay::Filter>(replay::Filter::parse(options.where));
   }
-  if (options.since.empty()) return filter;
-  filter.since = replay::parseTime(options.since);
-  if (!filter.since) throw CLI::ValidationError("--since", "\"" + options.since + "\" is no time");
   return filter;
 }
 
@@ -65,10 +59,10 @@ void addSyncVerb(CLI::App& app) {
   verb->add_option("--from", options->from, "The store to copy from (PATH or mongodb://...)")
       ->required();
   verb->add_option("--to", options->to, "The store to copy to")->required();
-  verb->add_option("--name", options->name, "Only of this name");
-  verb->add_option("--outcome", options->outcome, "Only with this outcome");
-  verb->add_option("--robot", options->robot, "Only of this robot");
-  verb->add_option("--tag", options->tag, "Only with this tag");
+  verb->add_option("--name", options->filter.name, "Only of this name");
+  verb->add_option("--outcome", options->filter.outcome, "Only with this outcome");
+  verb->add_option("--robot", options->filter.robot, "Only of this robot");
+  verb->add_option("--tag", options->filter.tag, "Only with this tag");
   verb->add_option("--since", options->since, "Only what ended after this time");
   verb->add_option("--where", options->where, "Only what this filter matches (JSON)");
   verb->callback([options] { runSync(*options); });
