@@ -50,7 +50,7 @@ std::vector<PosedView> posedViews(const std::vector<ViewEvidence>& views) {
   return posed;
 }
 
-/// One run of the solver: its steps share the evidence, the model and the progress callback.
+/// A run of the solver: its steps share the evidence, the model and the progress callback.
 class Solve {
  public:
   Solve(const std::vector<View>& views, const Board& board, const Pattern& pattern,
@@ -89,7 +89,7 @@ class Solve {
     settleCamera();
   }
 
-  /// Without checks of print and pixel shape: a lens good enough to read the tags once more.
+  /// Solves without checks of print and pixel shape: a lens good enough to read the tags once more.
   void solveRoughly() {
     refuseUnfitViews();
     begin();
@@ -302,7 +302,8 @@ class Solve {
     for (ViewEvidence& view : views_) setRays(view, model_.camera);
   }
 
-  /// They were left out because they contradicted others when seen through the camera as given.
+  /// Judges views anew that were left out because they contradicted others when seen through the
+  /// camera as given.
   void judgeSpoiledViewsAnew() {
     bool any = false;
     for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -326,8 +327,8 @@ class Solve {
     return leaveOneOut(model_, views_, influenceOf(model_, views_, settings_), options_.threads);
   }
 
-  /// With the covariance that the uncertainties of camera and board are part of: also that of a
-  /// camera_info which the views just do not contradict; unless it was held.
+  /// Sets the estimate with the covariance that the uncertainties of camera and board are part of:
+  /// also that of a camera_info which the views just do not contradict; unless it was held.
   void setEstimate(const ProjectorModel& widened, Calibration& calibration) {
     RefineSettings held = settings_, open = settings_;
     held.free_camera = false;

@@ -10,8 +10,8 @@
 
 namespace afterglow::calib {
 
-/// Whether the camera's focal lengths, center and k1 k2 p1 p2 are estimated, too. The given values
-/// are known to usualDeviations (calib/solver/camera_change.hpp).
+/// The estimation of the camera's focal lengths, center and k1 k2 p1 p2. The given values are known
+/// to usualDeviations (calib/solver/camera_change.hpp).
 enum class CameraUse {
   RefineIfContradicted,  ///< if the views surely contradict the given ones
   Refine,
@@ -28,12 +28,12 @@ struct SolveOptions {
   std::optional<ProjectorEstimate> start;
 };
 
-/// From corners. Throws CalibrationRefused.
+/// Solves corners. Throws CalibrationRefused.
 Calibration solveViews(const std::vector<View>& views, const Board& board, const Pattern& pattern,
                        const Lens& camera, const SolveOptions& options = {},
                        const CalibrationProgress& progress = {});
 
-/// From photographs: observe, solve, observe again with the projector's lens known, solve again.
+/// Solves photographs: observe, solve, observe again with the projector's lens known, solve again.
 /// Throws CalibrationRefused, std::invalid_argument for pictures not of the camera's size.
 Calibration solvePhotographs(const std::vector<Photographs>& photographs, const Board& board,
                              const Pattern& pattern, const Lens& camera,

@@ -26,10 +26,11 @@ void sleepFor(double seconds);
 /// Until the condition holds; false if it does not within so many seconds. Throws as sleepFor().
 bool waitUntil(const std::function<bool()>& condition, double seconds);
 
-/// One goal at a time: a new one takes the place of the one before. Needs a running spinner.
+/// A client of one goal at a time: a new one takes the place of the one before. Needs a running
+/// spinner.
 class ActionClient {
  public:
-  /// `who` is the server, for people: "the arm".
+  /// Makes a client; `who` is the server, for people: "the arm".
   template <typename ActionGoal>
   static ActionClient of(const std::string& who, const std::string& action) {
     return {who, action, ros::NodeHandle().advertise<ActionGoal>(action + "/goal", 5)};
@@ -49,7 +50,7 @@ class ActionClient {
     message.goal_id.id = begin();
     goals_.publish(message);
   }
-  /// Whether the goal sent last has ended, well or not.
+  /// Returns true if the goal sent last has ended, well or not.
   bool isOver() const;
   /// Throws TaskError if the goal has not succeeded within so many seconds.
   void expectSuccess(double seconds) const;
@@ -64,7 +65,7 @@ class ActionClient {
   ros::Publisher goals_;
   std::function<std::string()> fresh_id_;
   mutable std::mutex mutex_;
-  actionlib_msgs::GoalStatus status_;  ///< of the goal sent last
+  actionlib_msgs::GoalStatus status_;  ///< status of the goal sent last
   ros::Subscriber statuses_;
 };
 

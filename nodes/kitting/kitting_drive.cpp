@@ -24,7 +24,8 @@ constexpr double kAimAhead = 1.15;     // m along the path
 constexpr double kAimWidest = 0.61;    // rad: the light points no further to the side than this
 constexpr double kNearestLight = 0.9;  // m ahead: the turret does not point at the robot's own feet
 
-/// This robot knows where it is: it stands at the end without looking again.
+/// Returns the options of a robot that knows where it is: it stands at the end without looking
+/// again.
 replay::TrackerOptions trackerOptions() {
   replay::TrackerOptions options;
   options.noise.position = options.noise.yaw = 0.005;
@@ -38,7 +39,7 @@ bool isDriving(const replay::BaseTracker& tracker) {
          tracker.state() == replay::BaseState::Approaching;
 }
 
-/// Whether it is time; the next time is a period later.
+/// Returns true if it is time; the next time is a period later.
 bool isDue(ros::Time& next, double period) {
   if (ros::Time::now() < next) return false;
   next = ros::Time::now() + ros::Duration(period);

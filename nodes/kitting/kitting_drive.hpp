@@ -16,13 +16,13 @@
 
 namespace afterglow::nodes {
 
-/// One drive. Runs in real time in the caller's thread; throws TaskError. What it is given must
-/// outlive it.
+/// A drive in real time in the caller's thread; throws TaskError. Runs in real time in the caller's
+/// thread; throws TaskError. What it is given must outlive it.
 class KittingDrive {
  public:
   struct Callbacks {
     std::function<void(const std::string&)> on_moment;  ///< "rotate", "detour", ...
-    std::function<void()> say;                          ///< when it is time for the sentence
+    std::function<void()> say;                          ///< called when it is time for the sentence
   };
 
   KittingDrive(KittingRobot& robot, const KittingRoom& room, Callbacks callbacks);

@@ -27,8 +27,8 @@ void setLook(visualization_msgs::Marker& marker, const Eigen::Vector3d& size,
 /// projection.
 sensor_msgs::PointCloud2 pointCloud(const std::vector<Eigen::Vector3d>& points);
 
-/// What arrow_projection sends: magenta arrows along the path, every second gap, and a green sphere
-/// at its end, on the floor of map; stamp 0, no namespace, lifetime 10 s.
+/// Returns the markers that arrow_projection sends: magenta arrows along the path, every second
+/// gap, and a green sphere at its end, on the floor of map; stamp 0, no namespace, lifetime 10 s.
 visualization_msgs::MarkerArray pathMarkers(const FloorPath& path);
 
 /// The white cube (lifetime 60 s, stamp 0, color components 255 as the authors send them) that

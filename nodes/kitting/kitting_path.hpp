@@ -27,14 +27,14 @@ FloorPath planDetour(const Eigen::Vector2d& start, const Eigen::Vector2d& goal,
 double lengthOf(const FloorPath& path);
 /// The point `distance` along the path, or its end.
 Eigen::Vector2d pointAlong(const FloorPath& path, double distance);
-/// How far along the path its point nearest to `position` is.
+/// Returns how far along the path its point nearest to `position` is.
 double nearestAlong(const FloorPath& path, const Eigen::Vector2d& position);
 
 /// A drive as the player's tracker (replay/motion) takes it: a turn to the path, the path, a turn
 /// to the final heading, each from rest to rest.
 struct TimedDrive {
   replay::PoseTrack track;
-  replay::Stamp turned;  ///< when the first turn is over
+  replay::Stamp turned;  ///< end of the first turn
 };
 
 /// Begins at `start`, which should be the path's beginning.

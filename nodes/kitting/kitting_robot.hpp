@@ -19,10 +19,10 @@
 
 namespace afterglow::nodes {
 
-/// Every method may throw TaskError. Needs a running spinner.
+/// The robot of the kitting task; every method may throw TaskError. Needs a running spinner.
 class KittingRobot {
  public:
-  /// What it shows and says, and its wheels.
+  /// The robot's light, its words, and its wheels.
   struct Outputs {
     ros::Publisher wheels, white, green, section, path, scan, speech;
   };

@@ -43,7 +43,7 @@ class KittingRoom {
   /// Throws std::invalid_argument, naming it, if there is no such thing.
   const Thing& thing(const std::string& name) const;
 
-  /// From now on the thing moves with this link; for eyes and laser it stays where it was.
+  /// Moves the thing with this link from now on; for eyes and laser it stays where it was.
   void carry(const std::string& name, const std::string& link,
              const Eigen::Isometry3d& T_link_thing);
   /// Lets go of a carried thing here.
@@ -54,8 +54,8 @@ class KittingRoom {
   /// The whole room for /room/solids: clears it, then a marker for each part, translucent for what
   /// is gone, and of that the large parts alone. Namespace: the thing's name, id: the part's index.
   visualization_msgs::MarkerArray markers() const;
-  /// What a Fetch's base laser meets, as round things for the simulated one's /obstacles:
-  /// position.z is the radius.
+  /// Returns the obstacles of a Fetch's base laser, as round things for the simulated one's
+  /// /obstacles: position.z is the radius.
   geometry_msgs::PoseArray obstacles() const;
   /// Frames of the furniture: z up, origin in the middle of the tabletop.
   std::vector<geometry_msgs::TransformStamped> surfaces() const;
@@ -64,7 +64,8 @@ class KittingRoom {
   /// are `spacing` apart at the thing's distance.
   std::vector<Eigen::Vector3d> visiblePoints(const std::string& name, const Eigen::Vector3d& p_eye,
                                              double spacing) const;
-  /// Of a Fetch's base laser that sees only obstacles on the floor; infinite where there is none.
+  /// Returns the scan of a Fetch's base laser that sees only obstacles on the floor; infinite where
+  /// there is none.
   sensor_msgs::LaserScan scan(const Eigen::Isometry3d& T_map_laser) const;
 
  private:
@@ -81,12 +82,12 @@ class KittingRoom {
                              bool only_low) const;
 
   std::vector<Thing> things_;
-  std::vector<std::vector<Triangle>> surfaces_;  ///< of each thing, in map
+  std::vector<std::vector<Triangle>> surfaces_;  ///< surfaces of each thing, in map
 };
 
 /// An empty scan with the laser's angles: clears what was shown.
 sensor_msgs::LaserScan noScan();
-/// Where the finite ranges of a scan lie, in `map`.
+/// Returns the places of a scan's finite ranges, in `map`.
 std::vector<Eigen::Vector3d> scanPoints(const sensor_msgs::LaserScan& scan,
                                         const Eigen::Isometry3d& T_map_laser);
 

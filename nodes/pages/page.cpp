@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 
-/// As it may stand in a page; of a longer character, each byte stands as it is.
+/// Returns a letter as it may stand in a page; each byte of a longer character stands as it is.
 std::string inPage(char letter) {
   switch (letter) {
     case '&':

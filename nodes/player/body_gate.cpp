@@ -272,7 +272,7 @@ void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
                  [this](const std::string& reason) { stop_(reason); });
 }
 
-/// By the goals that are under way; a command of joints says nothing of its end.
+/// Returns the joints of the goals that are under way; a command of joints says nothing of its end.
 std::vector<std::string> BodyGate::movingJoints() {
   std::vector<std::string> joints;
   for (const replay::JointGoals& motion : parts_.goals) {
@@ -317,7 +317,7 @@ void BodyGate::watchGripper() {
   });
 }
 
-/// From now on goals begin where the joints are.
+/// Watches the arm from now on: goals begin where the joints are.
 void BodyGate::watchArm() {
   if (!joints_) return;
   using Elsewhere = replay::ArmStartOptions::Elsewhere;
@@ -355,7 +355,7 @@ void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
   }
 }
 
-/// After it was driven there, if that is asked for.
+/// Returns the base's deviation, after it was driven there, if that is asked for.
 std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                                     const std::function<bool()>& is_stopped) {
   if (!base_) return baseDeviationAtALook(then, now, options_.tolerances);
@@ -422,7 +422,8 @@ std::string BodyGate::goToStart(const replay::StartPose& then, replay::StartPose
   }
 }
 
-/// Before anything moves, the base, too; but MoveIt has to know the base at its start.
+/// Checks the ways before anything moves, the base, too; but MoveIt has to know the base at its
+/// start.
 void BodyGate::checkWays(const replay::StartPose& then, const replay::StartPose& now) const {
   const bool goes_there = options_.start == BodyOptions::Start::MoveThere &&
                           !jointDeviations(then, now, options_.tolerances).empty();

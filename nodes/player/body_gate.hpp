@@ -28,20 +28,20 @@ namespace afterglow::nodes {
 
 /// ROS parameters of the same meaning are named in brackets.
 struct BodyOptions {
-  /// Where the robot may stand when it begins [~to_start, ~any_start].
+  /// The place where the robot may stand when it begins [~to_start, ~any_start].
   enum class Start { AsRecorded, MoveThere, Anywhere } start = Start::AsRecorded;
   replay::StartTolerances tolerances;  ///< [~start_tolerance/turning, .../sliding, ...]
   replay::ApproachSpeed speed;
   /// Joints may go far to the start on a way that nobody has checked [~unchecked_approach].
   bool accepts_unchecked = false;
-  /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall];
-  /// empty: by how late this machine is (replay/motion/patience.hpp).
+  /// The time that the player may hang in motion before the watchdog stops the robot
+  /// [~longest_stall]; empty: by how late this machine is (replay/motion/patience.hpp).
   std::optional<double> longest_stall_s;
   StopOptions stops;
   BaseOptions base;
   bool is_any_map_right = false;  ///< another map than the recorded one will do [~any_map]
   replay::RobotProfile robot;     ///< [~robot]
-  replay::RobotJoints joints;  ///< by its description
+  replay::RobotJoints joints;     ///< joints by the robot's description
   replay::MotionLimits limits;  ///< [~limits], bounded by the description and the profile
   std::vector<std::string> joint_topics = {"/joint_states"};
 };
@@ -51,28 +51,29 @@ struct BodyOptions {
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
                                             const replay::RobotProfile& robot,
                                             const RosGraph& graph);
-/// Whether the base is moved, be it to the start alone.
+/// Returns true if the base is moved, be it to the start alone.
 bool movesBase(const replay::PlayPlan& plan, const replay::MovedParts& parts);
-/// Why a replay may not begin whose messages do not tell what they move; empty: it may.
+/// Returns why a replay may not begin whose messages do not tell what they move; empty: it may.
 std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options);
-/// How the moved parts stood at the start, as far as it is compared: nothing where they may start
-/// anywhere, and not the base where it follows its odometry alone. `base`: none if it is not moved.
+/// Returns the stance of the moved parts at the start, as far as it is compared: nothing where they
+/// may start anywhere, and not the base where it follows its odometry alone. `base`: none if it is
+/// not moved.
 replay::StartPose startToCompare(const replay::Store& store, const replay::PlayPlan& plan,
                                  const BodyOptions& options, const replay::MovedParts& parts,
                                  const ReplayedBase* base, std::vector<std::string>& remarks);
-/// How the parts stand now that are moved, or that are known of `then`; waits at most 3 s for them,
-/// or until `is_stopped`; with all others that are known by then. `frames`: today's.
+/// Returns the stance now of the parts that are moved, or that are known of `then`; waits at most 3
+/// s for them, or until `is_stopped`; with all others that are known by then. `frames`: today's.
 replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
                            const replay::StartPose& then, const replay::TrackFrames& frames,
                            const std::function<bool()>& is_stopped);
-/// Which joints that are moved the robot lacks; empty: none.
+/// Returns which joints that are moved the robot lacks; empty: none.
 std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& parts,
                         const replay::StartPose& now);
-/// By what was recorded of joints and base until two minutes before what is played.
+/// Reads the ways that were recorded of joints and base until two minutes before what is played.
 replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
                               const BodyOptions& options);
 
-/// For one replay. Everything given must outlive it.
+/// Guards the body of one replay. Everything given must outlive it.
 class BodyGate {
  public:
   /// Starts the watchdog. `stop` stops the replay, `halt` has it stand until it is called with
@@ -90,26 +91,28 @@ class BodyGate {
   /// Throws std::runtime_error, one line, if the replay may not begin.
   void check(const std::function<bool()>& is_stopped);
 
-  /// After check(): the sink that the player publishes on, and the clock that it sleeps on.
+  /// The sink that the player publishes on, and the clock that it sleeps on; after check().
   replay::MessageSink& sink();
   replay::Clock& clock() { return sink_.clock(); }
-  /// After check(); nullptr: velocities are sent as they were recorded.
+  /// The base's drive, after check(); nullptr: velocities are sent as they were recorded.
   replay::BaseDrive* baseDrive() { return base_ ? base_->drive() : nullptr; }
-  /// After check(); nullptr: no joints are moved.
+  /// The arm's start, after check(); nullptr: no joints are moved.
   replay::ArmStart* armStart() { return arm_ ? &*arm_ : nullptr; }
   /// PlayOptions::gaze_frame
   std::string gazeFrame() const;
-  /// What the base waits for now: a clause; empty while it does not. Any thread.
+  /// Returns what the base waits for now: a clause; empty while it does not. Any thread.
   std::string waitsFor() const;
   /// PlayOptions::goals
   replay::GoalBook& goals() { return sink_.goals(); }
-  /// To be told after the player, which takes the goal's end from the book. Any thread.
+  /// Hears the status of a goal after the player, which takes the goal's end from the book. Any
+  /// thread.
   void onGoalStatus(const std::string& id, const replay::GoalEnd& end);
   /// The robot was moved. Any thread.
   bool hasMoved() const { return sink_.hasMoved(); }
-  /// Where the robot's joints are, as far as they are told of; empty if none are moved.
+  /// Returns the positions of the robot's joints, as far as they are told of; empty if none are
+  /// moved.
   std::map<std::string, double> joints() const;
-  /// What could not be checked, where the robot was moved, how the base was, and who watched.
+  /// Adds what could not be checked, where the robot was moved, how the base was, and who watched.
   void addTo(replay::PlayReport& report) const;
 
  private:
@@ -148,7 +151,8 @@ class BodyGate {
   std::optional<replay::PlayGuards> guards_;
   std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
-  std::string why_no_drive_;  ///< to the start; empty: it may be driven there
+  std::string why_no_drive_;  ///< the reason why the base may not be driven to the start; empty: it
+                              ///< may
   std::optional<OpenLoopWatch> open_loop_;  ///< if recorded velocities are sent, and a scan is seen
   mutable std::mutex waits_mutex_;
   std::string waits_for_;

@@ -217,7 +217,7 @@ void GuardedSink::lookAtOwnPulse() {
   }
 }
 
-/// One of the watchdogs is not enough: the others stop the robot at once.
+/// Loses a watchdog: the other one is not enough, and stops the robot at once.
 void GuardedSink::lose(const std::string& reason) {
   if (!lost_.empty()) return;
   lost_ = reason;

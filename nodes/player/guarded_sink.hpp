@@ -20,10 +20,10 @@
 
 namespace afterglow::nodes {
 
-/// Between a player and the sink it publishes on. Everything given must outlive it. A player that
-/// sleeps on clock() has its scheduler watched: by the process beside it, by the guard on the robot
-/// where one runs, and by its own look at the clock: what hung, or slept with its machine, for
-/// longer than the watchdogs wait does not drive on.
+/// Stands between a player and the sink it publishes on. Everything given must outlive it. A player
+/// that sleeps on clock() has its scheduler watched: by the process beside it, by the guard on the
+/// robot where one runs, and by its own look at the clock: what hung, or slept with its machine,
+/// for longer than the watchdogs wait does not drive on.
 class GuardedSink : public replay::MessageSink {
  public:
   /// Starts the watchdog, which lies beside the running program. `longest_stall_s`: how long the
@@ -41,7 +41,7 @@ class GuardedSink : public replay::MessageSink {
   /// Until the watchdogs are connected to whoever listens, and it is known how long they wait.
   /// Throws std::runtime_error, one line, if they do not get ready.
   void waitUntilReady(const std::function<bool()>& is_stopped);
-  /// After that: who watches, and how long.
+  /// Returns the guards after that: who watches, and how long.
   replay::PlayGuards guards() const;
 
   /// Throws std::runtime_error for a message that moves the robot, without the watchdogs.
@@ -52,7 +52,8 @@ class GuardedSink : public replay::MessageSink {
   void goalEnded(const std::string& id);
   /// Something was set in motion here. Any thread.
   bool hasMoved() const;
-  /// Where the gripper is, whenever it moves; `gap` is called by any thread, and none: not known.
+  /// Watches the gripper's place, whenever it moves; `gap` is called by any thread, and empty: not
+  /// known.
   void watchGap(std::function<std::optional<double>()> gap);
   /// All goals that are sent here. Any thread.
   replay::GoalBook& goals() { return watch_.goals(); }
@@ -69,11 +70,11 @@ class GuardedSink : public replay::MessageSink {
   bool isReady();
   void lose(const std::string& reason);
 
-  /// Its own, as the watchdogs see it.
+  /// The player's own pulse, as the watchdogs see it.
   struct Pulse {
     replay::BeatJitter jitter;
-    bool is_settled = false;  ///< it is known how long the watchdogs wait
-    replay::MachineLateness machine;  ///< as it was then
+    bool is_settled = false;          ///< true: it is known how long the watchdogs wait
+    replay::MachineLateness machine;  ///< lateness of the machine then
     std::int64_t patience_ns = 0;
     replay::SteadyTime last_beat;
   };
@@ -87,7 +88,7 @@ class GuardedSink : public replay::MessageSink {
   std::function<std::optional<double>()> gap_;
   std::vector<Watchdog> watchdogs_;  ///< beside the player, and on the robot if one runs there
   Pulse pulse_;
-  std::string lost_;  ///< why motion is not watched any more
+  std::string lost_;  ///< the reason why motion is not watched any more
   bool has_told_ = false, has_moved_ = false;
   bool is_over_ = false;
   std::condition_variable over_;

@@ -21,10 +21,10 @@
 namespace afterglow::nodes {
 namespace {
 
-/// What a body is played at.
+/// The rates at which a body is played.
 constexpr double kSlowest = 0.1, kFastest = 10;
 
-/// What the robot's description and profile say, as far as that needs no master.
+/// Describes the robot by its description and profile, as far as that needs no master.
 void describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
                    ReplayRequest& request) {
   BodyOptions& body = request.body;
@@ -119,7 +119,7 @@ void ReplaySession::checkPlayable() const {
 
 // ---------------------------------------------------------------------------------------- playing
 
-/// By the base's poses, or by light that is anchored there.
+/// Returns true if the base's poses, or light that is anchored there, need the map.
 bool ReplaySession::isPlacedOnMap() const {
   const replay::AnchorSettings anchors = Stagehand::anchorsIn(plan_, request_.anchors);
   const bool is_lit_there = anchors.frame == request_.body.base.frames.map;
@@ -290,7 +290,8 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
   reportOnceMoved([&] { gate_->check([this] { return isStopped(); }); });
 }
 
-/// What fails once the robot was moved is no refusal any more: the replay is stopped, and reported.
+/// Prepares a replay; a failure once the robot was moved is no refusal any more: the replay is
+/// stopped, and reported.
 void ReplaySession::reportOnceMoved(const std::function<void()>& prepare) {
   try {
     prepare();
@@ -307,13 +308,13 @@ void ReplaySession::closeGate() {
   gate = std::move(gate_);
 }
 
-/// What is due meanwhile would be sent at once.
+/// Hears a jump of the clock: messages that are due meanwhile would be sent at once.
 void ReplaySession::onClockJump(double seconds) {
   if (plan_.motionTopics().empty()) return;
   stop(fmt::format("the clock that is followed jumped by {:.1f} s", seconds));
 }
 
-/// For the first tick of a clock that is followed, and as long as was asked for.
+/// Waits for the first tick of a clock that is followed, and as long as was asked for.
 void ReplaySession::waitBeforeStart() {
   const Deadline start = deadlineIn(request_.delay_s);
   const auto waits = [&] { return !time_->hasBegun() || std::chrono::steady_clock::now() < start; };
@@ -376,7 +377,7 @@ bool ReplaySession::isPaused() const {
   return player_ ? player_->isPauseWanted() : is_paused_;
 }
 
-/// With the lock held.
+/// The player; needs the lock held.
 replay::Player& ReplaySession::player() const {
   if (!player_) throw std::runtime_error("it does not play yet");
   return *player_;

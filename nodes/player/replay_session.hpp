@@ -1,6 +1,6 @@
 /// \file
-/// One replay into the running robot, from its plan to the report: what player_node and `afterglow
-/// play` share.
+/// A replay into the running robot, from its plan to the report: the common part of player_node and
+/// `afterglow play`.
 #pragma once
 
 #include <map>
@@ -31,8 +31,8 @@ class ReplaySession {
   void checkMotionAllowed() const;
   /// The same, and for a replay that publishes nothing.
   void checkPlayable() const;
-  /// What run() would be refused for, as far as it can be known: moves, advertises and publishes
-  /// nothing. With a master ROS has been started. Throws StoreError.
+  /// Finds what run() would be refused for, as far as it can be known: moves, advertises and
+  /// publishes nothing. With a master ROS has been started. Throws StoreError.
   Rehearsal rehearse(bool has_master, const std::function<bool()>& is_stopped);
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
@@ -55,7 +55,7 @@ class ReplaySession {
   replay::PlayProgress progress() const;
   /// The robot may be on its way to where the behavior began: before it plays.
   bool goesToStart() const;
-  /// What the base waits for now: a clause; empty while it does not.
+  /// Returns what the base waits for now: a clause; empty while it does not.
   std::string waitsFor() const;
 
  private:
@@ -87,13 +87,14 @@ class ReplaySession {
   ReplayRequest request_;
   const replay::PlayPlan plan_;
   mutable std::mutex mutex_;
-  std::vector<replay::MotionPeak> peaks_;  ///< by the limits as they are known
+  std::vector<replay::MotionPeak> peaks_;   ///< peaks by the limits as they are known
   std::unique_ptr<BodyGate> gate_;          ///< while run() plays what moves the robot
   std::unique_ptr<replay::Player> player_;  ///< while run() plays
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
   bool is_halted_ = false;  ///< nobody holds the button that lets it move
-  std::unique_ptr<ReplayTime> time_;  ///< from run() on; last: it tells of its clock until its end
+  std::unique_ptr<ReplayTime> time_;  ///< time from run() on; last: it tells of its clock until its
+                                      ///< end
 };
 
 }  // namespace afterglow::nodes

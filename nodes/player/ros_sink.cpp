@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint32_t kQueue = 100;  // of what is listened to
 /// Whoever drives a base sends more often: it would stop after 0.25 s.
 constexpr double kDriverPeriod = 0.4;
-/// Between looks at what was heard on the velocity topics.
+/// The time between looks at what was heard on the velocity topics.
 constexpr double kDriverLook = 0.02;
 
 }  // namespace

@@ -47,11 +47,11 @@ class RosSink : public replay::MessageSink {
 
  private:
   struct Output {
-    /// By whether it latches and, if so, who sent: each latched message of theirs is kept for who
-    /// subscribes later. Their connections to subscribers are common.
+    /// Publishers by whether they latch and, if so, who sent: each latched message of theirs is
+    /// kept for who subscribes later. Their connections to subscribers are common.
     std::map<std::pair<bool, std::string>, ros::Publisher> publishers;
     topic_tools::ShapeShifter message;
-    std::size_t own_subscribers = 0;  ///< this sink's, to hear other drivers
+    std::size_t own_subscribers = 0;  ///< this sink's own subscribers, to hear other drivers
     std::size_t heardBy() const {
       return publishers.begin()->second.getNumSubscribers() - own_subscribers;
     }

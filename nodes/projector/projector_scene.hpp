@@ -1,6 +1,6 @@
 /// \file
-/// From messages and transforms to the scene that projectors show, in world coordinates. Shared by
-/// projector_node and `afterglow render`. Needs no ROS master.
+/// The way from messages and transforms to the scene that projectors show, in world coordinates.
+/// Shared by projector_node and `afterglow render`. Needs no ROS master.
 #pragma once
 
 #include <nav_msgs/Path.h>

@@ -20,11 +20,11 @@ struct HeardStatus {
   explicit HeardStatus(const diagnostic_msgs::DiagnosticStatus& status);
 
   std::string name;      ///< "projector_node: /cloud"
-  std::string hardware;  ///< of Afterglow's own: "projector", "recorder"
-  int level = 0;         ///< as in diagnostic_msgs/DiagnosticStatus
+  std::string hardware;  ///< name of Afterglow's own: "projector", "recorder"
+  int level = 0;         ///< level of diagnostic_msgs/DiagnosticStatus
   std::string message;
   std::map<std::string, std::string> values;
-  std::int64_t at_ns = 0;  ///< when it was heard, in steady time
+  std::int64_t at_ns = 0;  ///< time when it was heard, in steady time
   /// Messages that a layer received a second, since the status before; below 0: unknown.
   double received_hz = -1;
 
@@ -41,7 +41,7 @@ class HeardStatuses {
   /// Returns the status, null where there are too many names.
   const HeardStatus* take(const diagnostic_msgs::DiagnosticStatus& status, std::int64_t now_ns);
   void forgetBefore(std::int64_t time_ns);
-  const std::map<std::string, HeardStatus>& all() const { return heard_; }  ///< by name
+  const std::map<std::string, HeardStatus>& all() const { return heard_; }  ///< statuses by name
 
  private:
   const std::size_t most_;

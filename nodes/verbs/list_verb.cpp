@@ -16,7 +16,7 @@ namespace {
 
 struct ListOptions {
   std::string store;
-  replay::BehaviorFilter filter;  ///< as far as it stands in the command line
+  replay::BehaviorFilter filter;  ///< filter as far as it stands in the command line
   std::optional<std::string> where;
   std::string since, until, before;
   bool last = false, explain = false, json = false;

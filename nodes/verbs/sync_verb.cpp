@@ -16,7 +16,7 @@ namespace {
 
 struct SyncOptions {
   std::string from, to, since, where;
-  replay::BehaviorFilter filter;  ///< as far as it stands in the command line
+  replay::BehaviorFilter filter;  ///< filter as far as it stands in the command line
 };
 
 replay::BehaviorFilter filterOf(const SyncOptions& options) {

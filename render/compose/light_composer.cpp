@@ -23,7 +23,7 @@ std::vector<Eigen::Vector3d> outlineInWorld(const SurfacePatch& surface) {
   return corners;
 }
 
-/// Whether they catch light at the same places of their planes.
+/// Returns true if they catch light at the same places of their planes.
 bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
   return a.name == b.name && a.polygon == b.polygon &&
          a.T_world_surface.matrix().matrix() == b.T_world_surface.matrix().matrix();

@@ -176,7 +176,7 @@ void TriangleProjector::addMesh(LightTriangles& out) {
   }
 }
 
-/// On a relief it is laid piece by piece.
+/// Adds a thin line; a relief has it laid piece by piece.
 void TriangleProjector::addThinLine(const ThinLine& line, LightTriangles& out) {
   const Placed& placed = layer_->placed;
   const ReliefPlacer* relief = layer_->relief;

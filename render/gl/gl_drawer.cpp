@@ -33,13 +33,13 @@ struct TrianglePart {
   std::vector<Piece> pieces;
 };
 
-/// What a layer has become; kept for the next image, where it may be the same.
+/// The light of a layer; kept for the next image, where it may be the same.
 struct LayerLight {
-  ComposedLayer layer;  ///< without steps
+  ComposedLayer layer;  ///< layer without steps
   std::vector<Drawable> steps;
   GpuTriangles triangles;
   std::vector<ListLight> lists;
-  std::vector<Piece> pieces;  ///< of triangles' indices; Outlines and Points: of lists
+  std::vector<Piece> pieces;  ///< pieces of triangles' indices; Outlines and Points: of lists
 
   bool isOf(const ComposedLayer& other) const {
     return isSamePlace(layer, other) &&
@@ -131,7 +131,7 @@ class TriangleExpander {
   }
 
   Workers& workers_;
-  std::deque<TriangleProjector> projectors_;  ///< by worker
+  std::deque<TriangleProjector> projectors_;  ///< a projector for each worker
   std::vector<TrianglePart> parts_;
 };
 

@@ -13,15 +13,15 @@ namespace {
 /// whole share, since some steps take longer than others.
 constexpr std::size_t kLeastPart = 16, kPartsEach = 4;
 
-/// Whether its own points are shared by the workers.
+/// Returns true if its own points are shared by the workers.
 bool isShared(const Drawable& drawable) {
   if (pixelCloud(drawable.shape) != nullptr) return true;
   const auto list = spriteList(drawable.shape);
   return list && Workers::areMany(list->points->size());
 }
 
-/// Whether a cloud has another one's very lists: to look into them would take as long as to place
-/// their points.
+/// Returns true if a cloud has another one's very lists: to look into them would take as long as to
+/// place their points.
 bool sharesLists(const PointCloud& cloud, const PointCloud* other) {
   return other != nullptr && &cloud.points.get() == &other->points.get() &&
          &cloud.colors.get() == &other->colors.get();

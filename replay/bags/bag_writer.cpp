@@ -13,7 +13,8 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::size_t kBagChunkBytes = 768 << 10;  ///< of records, unless one message is larger
+constexpr std::size_t kBagChunkBytes = 768 << 10;  ///< size of records, unless one message is
+                                                   ///< larger
 /// The bag's header is written again at the end: what follows it begins there.
 constexpr std::size_t kBagHeaderBytes = 4096;
 
@@ -197,9 +198,9 @@ class BagWriter : public ExportFile {
   std::uint64_t unstamped_ = 0;
   Bytes chunk_;
   std::map<std::uint32_t, Bytes> index_;  ///< entries of the chunk, by connection
-  Stamp begin_, end_;                     ///< of the chunk
+  Stamp begin_, end_;                     ///< stamps of the chunk
   std::map<std::int64_t, std::uint32_t> ids_;  ///< connections, by the store's channel
-  std::vector<Bytes> connections_, chunk_infos_;  ///< their records
+  std::vector<Bytes> connections_, chunk_infos_;  ///< records of connections and chunks
 };
 
 }  // namespace

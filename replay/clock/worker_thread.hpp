@@ -52,7 +52,7 @@ class RepeatingThread {
   void begin();
   /// Waits for the work under way, which is the last. Any number of times.
   void stop();
-  /// For the work itself: returns false as soon as the thread is stopped.
+  /// Sleeps for the work itself: returns false as soon as the thread is stopped.
   bool sleepUntil(Time when) const;
 
  private:

@@ -18,7 +18,7 @@ inline bool endsWith(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-constexpr std::string_view kBlanks = " \t\r\f\v";  ///< within a line
+constexpr std::string_view kBlanks = " \t\r\f\v";  ///< blanks within a line
 
 /// Returns the text without blanks at its ends.
 inline std::string_view trimmed(std::string_view text) {

@@ -68,7 +68,7 @@ class MessageLanes {
   /// The message that is due next. Valid until pop().
   struct Next {
     const Message* message;
-    std::int64_t early_ns;  ///< its latency, in recorded time
+    std::int64_t early_ns;  ///< the latency, in recorded time
     Prefetch* lane;
     /// The recorded moment it is due at.
     Stamp due() const { return {message->received.ns - early_ns}; }

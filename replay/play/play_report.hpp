@@ -78,7 +78,7 @@ struct BodyEnd {
   std::set<std::string> sliding;
   struct Base {
     double distance = 0, turn = 0;  ///< m, rad (>= 0), as localization sees them
-    PoseError doubt = {};           ///< their uncertainty (BaseReport::end_doubt); 0: not known
+    PoseError doubt = {};           ///< uncertainty (BaseReport::end_doubt); 0: not known
     double gone_since_localized = 0;  ///< m, if the doubt is known
   };
   std::optional<Base> base;

@@ -70,10 +70,10 @@ constexpr std::size_t kLongestQueriedArray = 64;
 struct Condition {
   enum class Kind {
     All,    ///< all parts hold
-    Any,    ///< at least a part holds
+    Any,    ///< a part or more holds
     None,   ///< no part does
     Value,  ///< `op` holds for a value at `path`
-    Topic,  ///< at least one message on topic `path` matches the one part
+    Topic,  ///< a message or more on topic `path` matches the one part
   };
   enum class Op { Equal, Less, LessEqual, Greater, GreaterEqual, In, Exists, Matches, Element };
 
