@@ -1,6 +1,7 @@
 #include "replay/ros2/ros2_definition.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <iterator>
 #include <map>
 #include <utility>
@@ -23,6 +24,16 @@ std::string_view takeLine(std::string_view& text) {
   const std::string_view line = text.substr(0, end);
   text.remove_prefix(std::min(end + 1, text.size()));
   return line;
+}
+
+/// The number behind "<="; 0: there is none.
+std::size_t boundIn(std::string_view text) {
+  const std::size_t at = text.find("<=");
+  std::size_t bound = 0;
+  if (at != std::string_view::npos) {
+    std::from_chars(text.data() + at + 2, text.data() + text.size(), bound);
+  }
+  return bound;
 }
 
 bool isNameLetter(char c) {
@@ -78,7 +89,8 @@ class Sections {
 /// One line of a definition of ROS 2 as ROS 1 writes it.
 class LineTranslator {
  public:
-  explicit LineTranslator(std::string owner) : owner_(std::move(owner)) {}
+  LineTranslator(std::string owner, Ros2Bounds* bounds)
+      : owner_(std::move(owner)), bounds_(bounds) {}
 
   /// Empty for comments and for what ROS 1 does without.
   std::string translate(std::string_view line) const {
@@ -94,12 +106,19 @@ class LineTranslator {
     if (name.empty()) fail(line, "has no name");
     if (name == kPlaceholder) return "";
     if (behind.empty() || behind.front() != '=') {
+      noteBound(std::string(name), line.substr(0, gap));
       return type + " " + std::string(name) + "\n";  // what stands behind it is a default value
     }
     return type + " " + std::string(name) + "=" + constant(type, trimmed(behind.substr(1))) + "\n";
   }
 
  private:
+  void noteBound(const std::string& name, std::string_view written) const {
+    const std::size_t open = std::min(written.find('['), written.size());
+    const Ros2Bound bound{boundIn(written.substr(open)), boundIn(written.substr(0, open))};
+    if (bounds_ && (bound.elements != 0 || bound.letters != 0)) (*bounds_)[{owner_, name}] = bound;
+  }
+
   [[noreturn]] void fail(std::string_view line, const std::string& what) const {
     throw MessageError("definition of " + owner_ + ": \"" + std::string(line.substr(0, 80)) +
                        "\" " + what);
@@ -133,10 +152,12 @@ class LineTranslator {
   }
 
   const std::string owner_;
+  Ros2Bounds* const bounds_;
 };
 
-std::string fieldsOf(const std::string& type, const std::vector<std::string_view>& lines) {
-  const LineTranslator translator(type);
+std::string fieldsOf(const std::string& type, const std::vector<std::string_view>& lines,
+                     Ros2Bounds* bounds) {
+  const LineTranslator translator(type, bounds);
   std::string fields;
   for (const std::string_view line : lines) fields += translator.translate(line);
   if (type != kHeader) return fields;
@@ -164,18 +185,19 @@ std::string ros1TypeName(const std::string& ros2_type) {
   return package + "/" + name;
 }
 
-std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition) {
+std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition,
+                           Ros2Bounds* bounds) {
   const std::string root = ros1TypeName(ros2_type);
   const Sections sections(root, ros2_definition);
   std::string text;
   for (const std::string& type : sections.names()) {
     const bool is_root = type == root;
     // These are numbers of ROS 1's own.
-    const bool is_builtin = type == "builtin_interfaces/Time" ||
-                            type == "builtin_interfaces/Duration";
+    const bool is_builtin =
+        type == "builtin_interfaces/Time" || type == "builtin_interfaces/Duration";
     if (is_builtin && !is_root) continue;
     if (!is_root) text += std::string(80, '=') + "\nMSG: " + type + "\n";
-    text += fieldsOf(type, sections.lines(type));
+    text += fieldsOf(type, sections.lines(type), bounds);
   }
   return text;
 }

@@ -1,13 +1,16 @@
 /// \file
 /// Message definitions of ROS 2 in terms of ROS 1. Internal to replay. Source of the grammar:
 /// docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html.
-/// Types whose ROS 2 definition is known although a bag does not hold it: those of ROS 1's common
-/// packages, most of which differ by the header's `seq` alone. Internal to replay.
+/// Known as well, although a bag does not hold them: the types of ROS 1's common packages, most of
+/// which differ by the header's `seq` alone.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "replay/messages/definitions.hpp"
@@ -17,11 +20,20 @@ namespace afterglow::replay {
 /// "geometry_msgs/Twist" of "geometry_msgs/msg/Twist". Throws MessageError if it is no type's name.
 std::string ros1TypeName(const std::string& ros2_type);
 
+/// The most that a field of ROS 2 may hold; 0: as much as there is.
+struct Ros2Bound {
+  std::size_t elements = 0;
+  std::size_t letters = 0;  ///< bytes of each string
+};
+/// Bounds by a field's type, "package/Type", and its name.
+using Ros2Bounds = std::map<std::pair<std::string, std::string>, Ros2Bound>;
+
 /// The ROS 1 definition that has the fields of a ROS 2 definition (with those of all contained
 /// types, as bags of ROS 2 and MCAP files have it): builtin_interfaces/Time and Duration are `time`
-/// and `duration`, std_msgs/Header gains `seq`, bounds and default values are gone. Throws
-/// MessageError for what ROS 1 has not, as wstring.
-std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition);
+/// and `duration`, std_msgs/Header gains `seq`, default values are gone, and so are bounds, which
+/// `bounds` gets. Throws MessageError for what ROS 1 has not, as wstring.
+std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition,
+                           Ros2Bounds* bounds = nullptr);
 
 /// A definition whose messages no ROS 1 robot may be sent, as its type has other fields there or is
 /// unknown; says so in its first line.

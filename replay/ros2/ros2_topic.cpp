@@ -54,39 +54,31 @@ Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& f
 void Ros2Topic::readOwn(const Ros2Description& description,
                         const std::optional<Definition>& known) {
   const std::string own = ros1Definition(description.type, description.definition);
-  Schema schema = Schema::parse(channel_.type, own);
+  const Schema schema = Schema::parse(channel_.type, own);
   const bool has_fields = !schema.root().fields.empty();
   if (!has_fields && known && !Schema::parse(channel_.type, known->text).root().fields.empty()) {
     throw MessageError("it has no field");
   }
-  channel_.md5 = definitionMd5(channel_.type, own);
-  if (known && known->md5 == channel_.md5) {
-    channel_.definition = known->text;
-    layouts_.push_back({CdrMessage(std::move(schema)), std::nullopt});
-    return;
-  }
+  rest_ = CdrConversion::Rest::Ignored;
   try {
     if (!known) throw MessageError("no ROS 1 type " + channel_.type + " is known here");
-    FieldMapping mapping(schema, Schema::parse(channel_.type, known->text));
+    layouts_.emplace_back(schema, Schema::parse(channel_.type, known->text));
     channel_.md5 = known->md5;
     channel_.definition = known->text;
-    layouts_.push_back({CdrMessage(std::move(schema)), std::move(mapping)});
   } catch (const MessageError& reason) {
     why_foreign_ = reason.what();
+    channel_.md5 = definitionMd5(channel_.type, own);
     channel_.definition = markAsForeign(own, why_foreign_);
-    layouts_.push_back({CdrMessage(std::move(schema)), std::nullopt});
+    layouts_.emplace_back(schema, schema);
   }
 }
 
 void Ros2Topic::readKnown(const std::optional<Definition>& known,
                           const std::string& why_not_own) {
   if (!known) throw MessageError(why_not_own + ", and ROS 1 knows none here");
-  const Schema target = Schema::parse(channel_.type, known->text);
   for (const std::string& text : ros2Layouts(channel_.type, *known)) {
-    Schema schema = Schema::parse(channel_.type, text);
-    std::optional<FieldMapping> mapping;
-    if (text != known->text) mapping.emplace(schema, target);
-    layouts_.push_back({CdrMessage(std::move(schema)), std::move(mapping)});
+    layouts_.emplace_back(Schema::parse(channel_.type, text),
+                          Schema::parse(channel_.type, known->text));
   }
   if (layouts_.empty()) {
     throw MessageError(why_not_own + ", and it is not known to have ROS 1's fields");
@@ -95,17 +87,12 @@ void Ros2Topic::readKnown(const std::optional<Definition>& known,
   channel_.definition = known->text;
 }
 
-Bytes Ros2Topic::Layout::toRos1(const Bytes& bytes) const {
-  Bytes ros1 = message.toRos1(bytes.data(), bytes.size());
-  return mapping ? mapping->map(ros1) : ros1;
-}
-
 Bytes Ros2Topic::toRos1(const Bytes& bytes) {
-  if (layouts_.size() == 1) return layouts_.front().toRos1(bytes);
-  std::vector<Layout> fitting;
+  if (layouts_.size() == 1) return layouts_.front().toRos1(bytes, rest_);
+  std::vector<CdrConversion> fitting;
   Bytes ros1;
   std::string problem;
-  for (const Layout& layout : layouts_) {
+  for (const CdrConversion& layout : layouts_) {
     try {
       Bytes read = layout.toRos1(bytes);
       if (fitting.empty()) ros1 = std::move(read);

@@ -9,8 +9,7 @@
 
 #include "replay/messages/definitions.hpp"
 #include "replay/messages/message.hpp"
-#include "replay/ros2/cdr_message.hpp"
-#include "replay/ros2/field_mapping.hpp"
+#include "replay/ros2/cdr_conversion.hpp"
 
 namespace afterglow::replay {
 
@@ -24,7 +23,7 @@ struct Ros2Description {
 };
 
 /// Turns messages into those of the ROS 1 type if that is known and has the same fields, or all of
-/// them (FieldMapping); else they keep the fields of ROS 2, and the definition is marked
+/// them (CdrConversion); else they keep the fields of ROS 2, and the definition is marked
 /// (markAsForeign()), so that they can be looked at and are not sent to a robot of ROS 1.
 class Ros2Topic {
  public:
@@ -40,19 +39,14 @@ class Ros2Topic {
   Bytes toRos1(const Bytes& bytes);
 
  private:
-  struct Layout {
-    CdrMessage message;
-    std::optional<FieldMapping> mapping;  ///< onto the channel's definition; empty: has it already
-    Bytes toRos1(const Bytes& bytes) const;
-  };
-
   void readOwn(const Ros2Description& description, const std::optional<Definition>& known);
   void readKnown(const std::optional<Definition>& known, const std::string& why_not_own);
 
   Channel channel_;
   std::string why_foreign_, why_mended_;
   /// Layouts that a message may have; once one alone fits, the others are gone.
-  std::vector<Layout> layouts_;
+  std::vector<CdrConversion> layouts_;
+  CdrConversion::Rest rest_ = CdrConversion::Rest::Refused;
 };
 
 }  // namespace afterglow::replay

@@ -4,6 +4,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/plan/rewrite.hpp"
+#include "replay/ros2/cdr_conversion.hpp"
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 
@@ -94,6 +95,25 @@ void rewriteMessage(benchmark::State& state, const Sample& (*make)()) {
 }
 BENCHMARK_CAPTURE(rewriteMessage, PointCloud2_307200, cloud);
 BENCHMARK_CAPTURE(rewriteMessage, TFMessage_20, transforms);
+
+void convertToRos2(benchmark::State& state, const Sample& (*make)()) {
+  const Sample& of = make();
+  const CdrConversion conversion(of.schema, of.schema);
+  for (auto _ : state) benchmark::DoNotOptimize(conversion.toRos2(of.bytes));
+  count(state, of);
+}
+BENCHMARK_CAPTURE(convertToRos2, PointCloud2_307200, cloud);
+BENCHMARK_CAPTURE(convertToRos2, TFMessage_20, transforms);
+
+void convertToRos1(benchmark::State& state, const Sample& (*make)()) {
+  const Sample& of = make();
+  const CdrConversion conversion(of.schema, of.schema);
+  const Bytes cdr = conversion.toRos2(of.bytes);
+  for (auto _ : state) benchmark::DoNotOptimize(conversion.toRos1(cdr));
+  count(state, of);
+}
+BENCHMARK_CAPTURE(convertToRos1, PointCloud2_307200, cloud);
+BENCHMARK_CAPTURE(convertToRos1, TFMessage_20, transforms);
 
 void readHeaderStamp(benchmark::State& state) {
   const Sample& of = cloud();

@@ -9,6 +9,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/plan/rewrite.hpp"
+#include "replay/ros2/cdr_conversion.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/support/document_fields.hpp"
 
@@ -33,6 +34,22 @@ void readMessage(const Schema& schema, const Bytes& bytes) {
   try {
     finder.find(bytes);
     headerStamp(schema, bytes);
+  } catch (const MessageError&) {
+  }
+}
+
+/// As ROS 2 serializes it, and as if these bytes were such a message.
+void convertMessage(const Schema& schema, const Bytes& bytes) {
+  try {
+    const CdrConversion both(schema, schema);
+    const Bytes ros1 = both.toRos1(bytes);
+    require(both.toRos1(both.toRos2(ros1)) == ros1);
+  } catch (const MessageError&) {
+  }
+  try {
+    const CdrConversion both(schema, schema);
+    const Bytes cdr = both.toRos2(bytes);
+    require(both.toRos2(both.toRos1(cdr)) == cdr);
   } catch (const MessageError&) {
   }
 }
@@ -62,6 +79,7 @@ AFTERGLOW_FUZZ_TARGET(message) {
   try {
     const Schema schema = Schema::parse(type, definition);
     readMessage(schema, bytes);
+    convertMessage(schema, bytes);
     rewriteMessage({"/topic", type, "", definition, false, ""}, schema, bytes);
   } catch (const MessageError&) {
     // The right answer to most inputs.

@@ -3,13 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "replay/messages/document.hpp"
-#include "replay/messages/wire.hpp"
 #include "replay/ros2/ros2_definition.hpp"
+#include "tests/support/cdr_bytes.hpp"
 
 namespace afterglow::replay::ros2_topic_test {
 namespace {
@@ -21,33 +20,7 @@ constexpr const char* kHeaderText =
     "================================================================================\n"
     "MSG: builtin_interfaces/msg/Time\nint32 sec\nuint32 nanosec\n";
 
-/// Bytes as CDR puts them: each number aligned to its size.
-class Cdr {
- public:
-  explicit Cdr(bool big_endian = false) : is_big_(big_endian) {
-    bytes_ = {0, static_cast<std::uint8_t>(big_endian ? 0 : 1), 0, 0};
-  }
-  template <typename T>
-  Cdr& put(T value) {
-    while ((bytes_.size() - 4) % sizeof(T) != 0) bytes_.push_back(0xEE);
-    std::uint8_t number[sizeof(T)];
-    storeNumber(number, value);
-    if (is_big_) std::reverse(number, number + sizeof(T));
-    bytes_.insert(bytes_.end(), number, number + sizeof(T));
-    return *this;
-  }
-  Cdr& text(const std::string& text) {
-    put(static_cast<std::uint32_t>(text.size() + 1));
-    bytes_.insert(bytes_.end(), text.begin(), text.end());
-    bytes_.push_back(0);
-    return *this;
-  }
-  operator const Bytes&() const { return bytes_; }
-
- private:
-  Bytes bytes_;
-  bool is_big_;
-};
+using Cdr = test::CdrBytes;
 
 /// Knows the types of this map.
 FindDefinition knows(std::map<std::string, std::string> texts) {
@@ -175,9 +148,17 @@ TEST(Ros2Topic, refusesBytesThatAreNoMessage) {
             "my_msgs/T, field n, at byte 24: counts 4294967295 elements; 0 bytes are left");
   EXPECT_EQ(said(begun().text("").put<std::uint32_t>(2).put<std::int32_t>(1)),
             "my_msgs/T, field n, at byte 24: counts 2 elements of 4 bytes; 4 are left");
-  EXPECT_EQ(said(begun().text("").put<std::uint32_t>(0).put<std::uint32_t>(0)),
-            "my_msgs/T, at byte 24: 4 bytes are left behind the message's last field");
-  EXPECT_EQ(said(begun().text("").put<std::uint32_t>(0).put<std::uint8_t>(0)), "")
+}
+
+TEST(Ros2Topic, refusesBytesBehindAMessageWhereItsDefinitionIsAGuess) {
+  const Bytes four = Cdr().text("abc").put<std::uint32_t>(0);
+  const auto find = knows({{"std_msgs/String", "string data\n"}});
+  Ros2Topic own(described("std_msgs/msg/String", "string data\n"), find);
+  EXPECT_EQ(jsonOf(own, four), R"({"data":"abc"})") << "as rclpy's serialize_message() leaves them";
+  Ros2Topic guessed({"/t", "std_msgs/msg/String", "cdr", "", "", ""}, find);
+  EXPECT_EQ(messageErrorOf([&] { guessed.toRos1(four); }),
+            "std_msgs/String, at byte 12: 4 bytes are left behind the message's last field");
+  EXPECT_EQ(jsonOf(guessed, Cdr().text("abc").put<std::uint8_t>(0)), R"({"data":"abc"})")
       << "padding is no message";
 }
 
