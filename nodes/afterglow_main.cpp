@@ -6,7 +6,7 @@
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
   char** word = std::find_if(argv + 1, argv + argc, [](const char* text) { return *text != '-'; });
-  const char* program = word == argv + argc ? nullptr : programOf(*word, argv);
+  const char* program = word == argv + argc ? nullptr : programOf(*word);
   if (word != argv + argc && !program) return refuseVerb(*word);
   return program ? becomeProgram(program, *word, argv) : runCommand(argc, argv, {addVerbNames});
 }

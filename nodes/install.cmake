@@ -8,7 +8,7 @@ install(TARGETS afterglow afterglow_store
 install(TARGETS afterglow_guard recorder_node speaker_node
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play
-  afterglow_render afterglow_replay_guard ask_node calibrator_node console_node
+  afterglow_render afterglow_replay_guard ask_node calibrator_node
   fake_fetch_node kitting_demo observer_node player_node
   projector_node static_transform_node turret_tf_node)
 install(TARGETS ${programs} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT nodes)
@@ -17,6 +17,10 @@ install(CODE "
   file(MAKE_DIRECTORY \${folder})
   execute_process(COMMAND \${CMAKE_COMMAND} -E create_symlink
     ../${CATKIN_PACKAGE_BIN_DESTINATION}/afterglow \${folder}/afterglow)" COMPONENT core)
+install(CODE "
+  execute_process(COMMAND \${CMAKE_COMMAND} -E create_symlink afterglow_console
+    \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/console_node)"
+  COMPONENT nodes)
 install(FILES ${afterglow_man_page} DESTINATION share/man/man1 COMPONENT core)
 install(FILES verbs/completion.bash DESTINATION share/bash-completion/completions RENAME afterglow
   COMPONENT core)

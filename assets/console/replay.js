@@ -7,7 +7,60 @@ import {get} from './api.js';
 import {heading} from './behavior.js';
 import {button, element, put, refill, table} from './dom.js';
 import {ReplayControls} from './replay_controls.js';
-import {ReplayReport} from './replay_report.js';
+
+/** How the last replay that was started from a page went: its player's own page of it. */
+class ReplayReport {
+  /** @param {Robot} robot @param {Object} behavior whose reports are shown; those of others are not */
+  constructor(robot, behavior) {
+    this.robot = robot;
+    this.behavior = behavior;
+    this.known = 0;
+    this.abort = new AbortController();
+    this.place = element('section', {class: 'played', hidden: true, 'aria-label': 'How it went'});
+    this.unfollow = robot.follow((state) => this.look(state));
+  }
+
+  look(state) {
+    const reports = state?.player?.reports || 0;
+    if (this.robot.isMoving()) this.place.hidden = true;
+    if (reports === this.known) return;
+    this.known = reports;
+    if (reports) this.load();
+    else this.place.hidden = true;
+  }
+
+  async load() {
+    try {
+      const {behavior, ended} = await get('/api/report', {}, this.abort.signal);
+      if (behavior !== this.behavior.id) return;
+      refill(this.place, element('h2', {}, 'How it went'),
+        element('p', {}, element('strong', {}, ended === 'completed' ? 'Completed.' : `Ended: ${ended}.`)), this.page());
+    } catch (problem) {
+      if (problem.name === 'AbortError') return;
+      refill(this.place, element('p', {class: 'note bad'}, `No report: ${problem.message}`));
+    }
+    this.place.hidden = false;
+  }
+
+  /** As high as what is in it, which runs no scripts. */
+  page() {
+    const frame = element('iframe', {src: '/api/report/page', title: 'Report of the replay', sandbox: 'allow-same-origin'});
+    const fit = () => {
+      const height = frame.contentDocument?.documentElement.scrollHeight;
+      if (height && Number(frame.height) !== height) frame.height = height;
+    };
+    frame.addEventListener('load', () => {
+      if (frame.contentDocument?.contentType === 'text/html') new ResizeObserver(fit).observe(frame);
+      else frame.replaceWith(element('p', {class: 'note'}, 'Its player no longer has the page of it.'));  // a refusal
+    });
+    return frame;
+  }
+
+  close() {
+    this.abort.abort();
+    this.unfollow();
+  }
+}
 
 const MODALITIES = {body: 'Movement', ar: 'Light', speech: 'Speech'};
 

@@ -68,6 +68,9 @@ export class Route {
   /** Writes what has changed within a view (the moment), and tells nobody. */
   keep(change) {
     const {view, ids, params} = this.now;
+    // A link that was just followed has changed the address, and its event is on its way: it stays.
+    const there = parse(location.hash);
+    if (there.view !== view || there.ids.join() !== ids.join()) return;
     this.now = {view, ids, params: {...params, ...change}};
     history.replaceState(null, '', address(view, ids, this.now.params));
   }

@@ -5,13 +5,13 @@
 #include <exception>
 #include <utility>
 
-#include "nodes/console/folded_text.hpp"
+#include "nodes/console/behavior_search.hpp"
 #include "replay/store/behavior_edit.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::size_t kPublishedAtOnce = 50;
+constexpr std::size_t kPublishedAtOnce = 50, kMostDetails = 32;
 constexpr auto kPeriod = std::chrono::seconds(1);
 
 /// One that is equal by this looks the same to everybody.
@@ -24,25 +24,27 @@ bool isSame(const replay::Behavior& some, const replay::Behavior& other,
          some.robot == other.robot && notes == replay::notesOf(other);
 }
 
-std::string searchedText(const IndexedBehavior& indexed) {
-  const replay::Behavior& behavior = indexed.behavior;
-  std::string text = behavior.name + "\n" + behavior.outcome + "\n" + behavior.tree_path + "\n" +
-                     behavior.robot + "\n" + behavior.parameters;
-  for (const std::string& tag : behavior.tags) text += "\n" + tag;
-  for (const std::string& note : indexed.notes) text += "\n" + note;
-  for (const replay::Utterance& sentence : indexed.said) text += "\n" + sentence.text;
-  return foldedText(text);
-}
-
 std::shared_ptr<IndexedBehavior> indexedOf(const replay::Behavior& behavior) {
   auto indexed = std::make_shared<IndexedBehavior>();
-  indexed->behavior = behavior;
-  indexed->notes = replay::notesOf(behavior);
-  indexed->behavior.snapshot.clear();
-  indexed->behavior.calibration.clear();
-  indexed->end = behavior.end.value_or(behavior.begin);
+  static_cast<BehaviorSummary&>(*indexed) = summaryOf(behavior);
   indexed->searched = searchedText(*indexed);
   return indexed;
+}
+
+/// Null if the behavior is no longer in the store.
+std::shared_ptr<BehaviorDetail> detailOf(const replay::Store& store, const IndexedBehaviors& all,
+                                         std::shared_ptr<const IndexedBehavior> one) {
+  const auto behavior = store.behavior(one->behavior.id);
+  if (!behavior) return nullptr;
+  auto detail = std::make_shared<BehaviorDetail>();
+  detail->behavior = *behavior;
+  detail->summary = std::move(one);
+  for (const auto& other : all) {
+    if (other->behavior.parent == behavior->id) detail->children.push_back(other);
+    if (isAttemptOf(other->behavior, *behavior)) detail->attempts.push_back(other);
+  }
+  addStory(store, *detail);
+  return detail;
 }
 
 }  // namespace
@@ -129,12 +131,7 @@ void BehaviorIndex::readMessages(const std::vector<replay::Behavior>& behaviors)
       if (is_ended_) return;
     }
     auto indexed = std::make_shared<IndexedBehavior>(*known_[behavior.id]);
-    indexed->messages = 0;
-    for (const replay::TopicSummary& topic : store_.topics(behavior)) {
-      indexed->messages += topic.count;
-      if (!behavior.end) indexed->end = std::max(indexed->end, topic.last);
-    }
-    indexed->said = replay::sentencesIn(store_, behavior);
+    addMessages(store_, *indexed);
     indexed->searched = searchedText(*indexed);
     known_[behavior.id] = std::move(indexed);
     is_heard_[behavior.id] = true;
@@ -149,6 +146,27 @@ void BehaviorIndex::publish(const std::vector<replay::Behavior>& order) {
   for (const replay::Behavior& behavior : order) all->push_back(known_[behavior.id]);
   const std::lock_guard<std::mutex> lock(mutex_);
   all_ = std::move(all);
+}
+
+std::shared_ptr<const BehaviorDetail> BehaviorDetails::find(std::int64_t id) {
+  const auto one = index_.find(id);
+  if (!one) return nullptr;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto kept = std::find_if(kept_.begin(), kept_.end(),
+                                   [&](const auto& detail) { return detail->summary == one; });
+    if (kept != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, kept);
+      return kept_.front();
+    }
+  }
+  const std::shared_ptr<const BehaviorDetail> detail = detailOf(store_, *index_.all(), one);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  kept_.remove_if([id](const auto& other) { return other->behavior.id == id; });
+  if (!detail) return nullptr;
+  kept_.push_front(detail);
+  if (kept_.size() > kMostDetails) kept_.pop_back();
+  return detail;
 }
 
 }  // namespace afterglow::nodes

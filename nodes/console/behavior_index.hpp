@@ -1,10 +1,11 @@
 /// \file
-/// What the console finds behaviors by: all of them and what was said in them, in memory. Requests
-/// never wait for the store.
+/// The index of the console: all behaviors and what was said in them, in memory. Requests never
+/// wait for the store.
 #pragma once
 
 #include <condition_variable>
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,17 +13,12 @@
 #include <thread>
 #include <vector>
 
-#include "replay/ask/said.hpp"
+#include "nodes/behavior_view/behavior_story.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
-struct IndexedBehavior {
-  replay::Behavior behavior;   ///< without calibration and snapshot
-  std::vector<std::string> notes;
-  std::uint64_t messages = 0;  ///< on its own topics
-  replay::Stamp end;           ///< of one without an end: its last message
-  std::vector<replay::Utterance> said;
+struct IndexedBehavior : BehaviorSummary {
   std::string searched;  ///< foldedText() of all that a search looks at
 };
 
@@ -68,6 +64,23 @@ class BehaviorIndex {
   std::uint64_t wanted_ = 0, done_ = 0;  ///< reads
   bool is_ended_ = false;
   std::thread thread_;
+};
+
+/// Reads details and keeps the last ones, as long as their behaviors are what they were. Any
+/// thread; both have to outlive it.
+class BehaviorDetails {
+ public:
+  BehaviorDetails(const replay::Store& store, const BehaviorIndex& index)
+      : store_(store), index_(index) {}
+
+  /// Null if there is no behavior of that id. Throws replay::StoreError.
+  std::shared_ptr<const BehaviorDetail> find(std::int64_t id);
+
+ private:
+  const replay::Store& store_;
+  const BehaviorIndex& index_;
+  std::mutex mutex_;
+  std::list<std::shared_ptr<const BehaviorDetail>> kept_;  ///< the last used first
 };
 
 }  // namespace afterglow::nodes

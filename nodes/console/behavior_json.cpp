@@ -4,7 +4,6 @@
 #include <optional>
 #include <set>
 
-#include "nodes/console/story_difference.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/query/outcome.hpp"
 
@@ -13,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json listJson(const IndexedBehaviors& behaviors) {
+Json listJson(const BehaviorSummaries& behaviors) {
   auto list = Json::array();
   for (const auto& one : behaviors) list.push_back(behaviorJson(*one));
   return list;
@@ -99,7 +98,7 @@ Json topicDifferences(const BehaviorDetail& a, const BehaviorDetail& b) {
 
 std::string stampText(replay::Stamp stamp) { return std::to_string(stamp.ns); }
 
-nlohmann::ordered_json behaviorJson(const IndexedBehavior& one) {
+nlohmann::ordered_json behaviorJson(const BehaviorSummary& one) {
   const replay::Behavior& behavior = one.behavior;
   auto parameters = replay::parseForeignJson<nlohmann::ordered_json>(behavior.parameters);
   if (parameters.is_discarded()) parameters = nullptr;
@@ -129,13 +128,13 @@ nlohmann::ordered_json behaviorJson(const IndexedBehavior& one) {
 }
 
 Json detailJson(const BehaviorDetail& detail) {
-  Json json = behaviorJson(*detail.one);
+  Json json = behaviorJson(*detail.summary);
   json["story"] = Json::array();
   for (const StoryEntry& entry : detail.story.entries) json["story"].push_back(entryJson(entry));
   json["lanes"] = Json::array();
   for (const TopicLane& lane : detail.lanes) json["lanes"].push_back(laneJson(lane));
   json["said"] = Json::array();
-  for (const replay::Utterance& sentence : detail.one->said) {
+  for (const replay::Utterance& sentence : detail.summary->said) {
     const std::int64_t since_ns = sentence.at.ns - detail.behavior.begin.ns;
     json["said"].push_back(
         {{"t", static_cast<double>(since_ns) * 1e-9}, {"text", sentence.text}});
@@ -154,7 +153,7 @@ Json comparisonJson(const BehaviorDetail& a, const BehaviorDetail& b) {
     if (pair.b) line["b"] = entryJson(b.story.entries[*pair.b]);
     story.push_back(line);
   }
-  const Json of_a = behaviorJson(*a.one), of_b = behaviorJson(*b.one);
+  const Json of_a = behaviorJson(*a.summary), of_b = behaviorJson(*b.summary);
   return {{"a", of_a},
           {"b", of_b},
           {"duration", {{"a", of_a["duration"]}, {"b", of_b["duration"]}}},

@@ -5,8 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "nodes/console/behavior_detail.hpp"
-#include "nodes/console/behavior_index.hpp"
+#include "nodes/behavior_view/behavior_story.hpp"
 #include "nodes/console/http_message.hpp"
 
 namespace afterglow::nodes {
@@ -14,7 +13,7 @@ namespace afterglow::nodes {
 /// {id, name, outcome, look, begin, end, duration, said, tags, tree_path, attempt, parent, robot,
 /// notes, remarks, messages, parameters}. Stamps are nanoseconds as strings: JavaScript's numbers are too
 /// small. `end` is null while it runs.
-nlohmann::ordered_json behaviorJson(const IndexedBehavior& one);
+nlohmann::ordered_json behaviorJson(const BehaviorSummary& one);
 
 /// behaviorJson() and {story, lanes, said, children, attempts, key_moments}.
 nlohmann::ordered_json detailJson(const BehaviorDetail& detail);

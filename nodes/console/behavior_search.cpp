@@ -1,31 +1,72 @@
 #include "nodes/console/behavior_search.hpp"
 
-#include <algorithm>
-#include <string_view>
-#include <vector>
+#include <utf8.h>
 
-#include "nodes/console/folded_text.hpp"
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <vector>
 
 namespace afterglow::nodes {
 namespace {
+
+/// The letters U+00C0 to U+017F, each without its accent.
+constexpr char kWithoutAccents[] =
+    "aaaaaaaceeeeiiiidnoooooxouuuuytsaaaaaaaceeeeiiiidnooooo/ouuuuytyaaaaaaccccccccdddd"
+    "eeeeeeeeeegggggggghhhhiiiiiiiiiiiijjkkkllllllllllnnnnnnnnnoooooooorrrrrrssssssss"
+    "ttttttuuuuuuuuuuuuwwyyyzzzzzzs";
+static_assert(sizeof(kWithoutAccents) - 1 == 0x180 - 0xC0);
+
+std::uint32_t folded(std::uint32_t letter) {
+  if (letter >= 'A' && letter <= 'Z') return letter - 'A' + 'a';
+  if (letter >= 0xC0 && letter < 0x180) {
+    return static_cast<unsigned char>(kWithoutAccents[letter - 0xC0]);
+  }
+  const bool is_greek = letter >= 0x391 && letter <= 0x3A9;
+  const bool is_cyrillic = letter >= 0x410 && letter <= 0x42F;
+  if (is_greek || is_cyrillic) return letter + 0x20;
+  if (letter >= 0x400 && letter <= 0x40F) return letter + 0x50;  // Cyrillic, too
+  return letter;
+}
+
+bool isAccent(std::uint32_t letter) { return letter >= 0x300 && letter <= 0x36F; }
+
+/// Splits at blanks; "quoted words" are one.
+std::vector<std::string> searchWords(const std::string& text) {
+  std::vector<std::string> words;
+  std::string word;
+  bool is_quoted = false;
+  for (const char letter : text + " ") {
+    if (letter == '"') {
+      is_quoted = !is_quoted;
+    } else if (!is_quoted && (letter == ' ' || letter == '\t' || letter == '\n')) {
+      if (!word.empty()) words.push_back(word);
+      word.clear();
+    } else {
+      word += letter;
+    }
+  }
+  if (is_quoted && word.size() > 1) words.push_back(word.substr(0, word.size() - 1));
+  return words;
+}
 
 using Texts = std::vector<std::string>;
 
 struct SearchField {
   const char* name;
-  Texts (*texts)(const IndexedBehavior&);
+  Texts (*texts)(const BehaviorSummary&);
 };
 
 constexpr SearchField kSearchFields[] = {
-    {"name", [](const IndexedBehavior& one) { return Texts{one.behavior.name}; }},
-    {"outcome", [](const IndexedBehavior& one) { return Texts{one.behavior.outcome}; }},
-    {"tree", [](const IndexedBehavior& one) { return Texts{one.behavior.tree_path}; }},
-    {"robot", [](const IndexedBehavior& one) { return Texts{one.behavior.robot}; }},
-    {"parameter", [](const IndexedBehavior& one) { return Texts{one.behavior.parameters}; }},
-    {"tag", [](const IndexedBehavior& one) { return one.behavior.tags; }},
-    {"note", [](const IndexedBehavior& one) { return one.notes; }},
+    {"name", [](const BehaviorSummary& one) { return Texts{one.behavior.name}; }},
+    {"outcome", [](const BehaviorSummary& one) { return Texts{one.behavior.outcome}; }},
+    {"tree", [](const BehaviorSummary& one) { return Texts{one.behavior.tree_path}; }},
+    {"robot", [](const BehaviorSummary& one) { return Texts{one.behavior.robot}; }},
+    {"parameter", [](const BehaviorSummary& one) { return Texts{one.behavior.parameters}; }},
+    {"tag", [](const BehaviorSummary& one) { return one.behavior.tags; }},
+    {"note", [](const BehaviorSummary& one) { return one.notes; }},
     {"said",
-     [](const IndexedBehavior& one) {
+     [](const BehaviorSummary& one) {
        Texts texts;
        for (const replay::Utterance& sentence : one.said) texts.push_back(sentence.text);
        return texts;
@@ -73,6 +114,29 @@ bool isFound(const IndexedBehavior& one, const BehaviorSearch& search,
 }
 
 }  // namespace
+
+std::string foldedText(const std::string& text) {
+  std::string result;
+  result.reserve(text.size());
+  auto at = text.begin();
+  while (at != text.end()) {
+    const auto bad = utf8::find_invalid(at, text.end());
+    while (at != bad) {
+      const std::uint32_t letter = utf8::unchecked::next(at);
+      if (!isAccent(letter)) utf8::unchecked::append(folded(letter), std::back_inserter(result));
+    }
+    if (bad != text.end()) ++at;
+  }
+  return result;
+}
+
+std::string searchedText(const BehaviorSummary& one) {
+  std::string all;
+  for (const SearchField& field : kSearchFields) {
+    for (const std::string& text : field.texts(one)) all += text + "\n";
+  }
+  return foldedText(all);
+}
 
 FoundBehaviors searchBehaviors(const IndexedBehaviors& all, const BehaviorSearch& search) {
   std::vector<Wanted> words;

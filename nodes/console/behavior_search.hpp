@@ -31,4 +31,10 @@ struct FoundBehaviors {
 
 FoundBehaviors searchBehaviors(const IndexedBehaviors& all, const BehaviorSearch& search);
 
+/// Returns the text as a search compares it: in small letters and without accents, as far as Latin,
+/// Greek and Cyrillic go. Bytes that are no UTF-8 are left out.
+std::string foldedText(const std::string& text);
+/// Returns all that a search looks at, folded.
+std::string searchedText(const BehaviorSummary& one);
+
 }  // namespace afterglow::nodes

@@ -6,10 +6,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
 #include <utility>
 
+#include "calib/regular_file.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/query/nearest.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -65,10 +71,33 @@ bool isJson(const std::string& type) {
   return replay::lowerCase(type.substr(0, type.find(';'))) == "application/json";
 }
 
+constexpr std::size_t kShortestToken = 16;
+constexpr const char* kTokenVariable = "AFTERGLOW_CONSOLE_TOKEN";
+
+std::string firstLine(const std::string& path) {
+  std::ifstream file = calib::openRegularFile(path);
+  std::string line;
+  if (!std::getline(file, line)) throw std::runtime_error(path + ": cannot be read, or is empty");
+  return line;
+}
+
 }  // namespace
 
 bool isLoopback(const std::string& address) {
   return address == "::1" || (isAddress(address) && address.rfind("127.", 0) == 0);
+}
+
+std::string consoleToken(const std::string& address, const std::string& token_file) {
+  const char* variable = std::getenv(kTokenVariable);
+  const std::string given = !token_file.empty() ? firstLine(token_file) : variable ? variable : "";
+  if (given.empty()) return isLoopback(address) ? "" : replay::newKey();
+  for (const char letter : given) {
+    const bool is_plain = letter > ' ' && letter < 0x7F && letter != ';' && letter != ',';
+    if (!is_plain) throw std::runtime_error("the token should be plain letters and digits");
+  }
+  if (given.size() >= kShortestToken) return given;
+  throw std::runtime_error("the token should have at least " + std::to_string(kShortestToken) +
+                           " letters");
 }
 
 ConsoleAccess::ConsoleAccess(std::string token, std::vector<std::string> hosts)

@@ -13,6 +13,11 @@ namespace afterglow::nodes {
 /// Whether an IP address in numbers is this machine's own, 127.0.0.0/8 or ::1.
 bool isLoopback(const std::string& address);
 
+/// Returns a file's first line, else $AFTERGLOW_CONSOLE_TOKEN, else, beyond loopback, a token that
+/// is made; an empty one where no token is needed. Throws std::runtime_error, one line, for one
+/// that is too short or has what headers cannot hold.
+std::string consoleToken(const std::string& address, const std::string& token_file);
+
 /// Decides on every request, before it is looked at any further.
 ///
 /// A Host header has to be an IP address, localhost, this machine's name (also with .local) or a

@@ -1,20 +1,19 @@
 #include "nodes/console/console_api.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <ctime>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "calib/number_text.hpp"
 #include "nodes/console/behavior_json.hpp"
 #include "nodes/console/behavior_search.hpp"
-#include "nodes/console/console_assets.hpp"
-#include "nodes/console/recorded_message.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/outcome.hpp"
@@ -83,28 +82,56 @@ std::optional<replay::Stamp> stampOf(const HttpRequest& request, const std::stri
   return ns ? std::optional<replay::Stamp>({*ns}) : std::nullopt;
 }
 
-/// Day and zone, "2026-11-23" and "+01:00", in local time.
-struct LocalDay {
-  std::string day, zone;
-};
-
-LocalDay localDay(replay::Stamp stamp) {
-  const std::time_t seconds = stamp.ns / 1'000'000'000;
-  std::tm time{};
-  localtime_r(&seconds, &time);
-  std::array<char, 32> day{}, zone{};
-  std::strftime(day.data(), day.size(), "%Y-%m-%d", &time);
-  std::strftime(zone.data(), zone.size(), "%z", &time);
-  std::string sign = zone.data();
-  if (sign.size() == 5) sign.insert(3, ":");
-  return {day.data(), sign};
+/// Returns the newest message on the topic, a behavior's own or one of its context, at or before
+/// the moment; found by looking back twice as far each time. Throws replay::StoreError.
+std::optional<replay::Message> newestMessage(const replay::Store& store,
+                                             const replay::Behavior& behavior,
+                                             const std::string& topic, replay::Stamp moment) {
+  replay::MessageRange range;
+  range.topics = {topic};
+  std::int64_t end_ns = moment.ns + 1, step_ns = 50'000'000;
+  while (end_ns > behavior.begin.ns) {
+    const std::int64_t begin_ns = std::max(behavior.begin.ns, end_ns - step_ns);
+    range.begin = replay::Stamp{begin_ns};
+    range.end = replay::Stamp{end_ns};
+    const auto cursor = store.messages(behavior, range);
+    std::optional<replay::Message> newest;
+    while (auto message = cursor->next()) newest = std::move(message);
+    if (newest) return newest;
+    end_ns = begin_ns;
+    step_ns *= 2;
+  }
+  return std::nullopt;
 }
 
-/// When people saw it: ROS time may be a simulation's.
-replay::Stamp wallBegin(const replay::Behavior& behavior) {
-  return behavior.wall_begin.ns != 0 ? behavior.wall_begin : behavior.begin;
+std::string typeOf(const std::string& name) {
+  const std::string ending = name.substr(name.rfind('.') + 1);
+  if (ending == "html") return "text/html; charset=utf-8";
+  if (ending == "js") return "text/javascript; charset=utf-8";
+  if (ending == "css") return "text/css; charset=utf-8";
+  if (ending == "svg") return "image/svg+xml";
+  return "text/plain; charset=utf-8";
 }
 
+/// Returns index.html for "/", a file of its name for "/console/NAME"; nothing for other addresses.
+/// A browser that names the ETag of what it has is told 304.
+std::optional<HttpResponse> consoleAsset(const HttpRequest& request) {
+  const std::string folder = "/console/";
+  const bool is_in_folder = request.path.rfind(folder, 0) == 0;
+  if (request.method != "GET" || (!is_in_folder && request.path != "/")) return std::nullopt;
+  const std::string name = is_in_folder ? request.path.substr(folder.size()) : "index.html";
+  for (const EmbeddedConsole* file = kEmbeddedConsole; file->name; ++file) {
+    if (name != file->name) continue;
+    const std::string tag = fmt::format("\"{:x}\"", std::hash<std::string_view>()(file->text));
+    HttpResponse response{200, typeOf(name), file->text, {{"ETag", tag}}};
+    response.headers.emplace_back("Cache-Control", "no-cache");
+    if (request.header("if-none-match") != tag) return response;
+    response.status = 304;
+    response.body.clear();
+    return response;
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -119,7 +146,7 @@ ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, Console
 bool ConsoleApi::isRobots(const HttpRequest& request) {
   if (request.method == "POST") return request.path != "/api/login";
   return request.path == "/api/events" || request.path == "/api/projected" ||
-         request.path == "/api/report";
+         request.path == "/api/report" || request.path == "/api/report/page";
 }
 
 void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
@@ -154,7 +181,7 @@ void ConsoleApi::answerOrThrow(const HttpRequest& request, const Respond& respon
 
 void ConsoleApi::answerOf(std::int64_t id, const std::string& part, const HttpRequest& request,
                           const Respond& respond) {
-  if (part.empty()) return respond(jsonResponse(detailJson(*details_.of(id))));
+  if (part.empty()) return respond(jsonResponse(detailJson(*detailOf(id))));
   if (part == "/message") return respond(message(id, request));
   if (part == "/picture") return picture(id, request, respond);
   if (part == "/file" && make_file_) return respond(file(id));
@@ -171,6 +198,12 @@ HttpResponse ConsoleApi::answerNow(const HttpRequest& request) {
   if (path == "/api/calendar") return calendar();
   if (path == "/api/compare") return comparison(request);
   throw HttpError(404, "there is nothing at this address");
+}
+
+std::shared_ptr<const BehaviorDetail> ConsoleApi::detailOf(std::int64_t id) {
+  auto detail = details_.find(id);
+  if (!detail) throw HttpError(404, "there is no behavior of this id");
+  return detail;
 }
 
 HttpResponse ConsoleApi::about() const {
@@ -219,7 +252,7 @@ HttpResponse ConsoleApi::calendar() const {
   };
   std::map<std::string, Day> days;
   for (const auto& one : *index_.all()) {
-    const LocalDay local = localDay(wallBegin(one->behavior));
+    const replay::TimeParts local = replay::timeParts(wallBegin(one->behavior));
     Day& day = days[local.day];
     ++day.count;
     day.zone = local.zone;
@@ -257,31 +290,31 @@ HttpResponse ConsoleApi::message(std::int64_t id, const HttpRequest& request) co
 }
 
 HttpResponse ConsoleApi::comparison(const HttpRequest& request) {
-  const auto a = details_.of(neededInteger(request, "a"));
-  const auto b = details_.of(neededInteger(request, "b"));
+  const auto a = detailOf(neededInteger(request, "a"));
+  const auto b = detailOf(neededInteger(request, "b"));
   return jsonResponse(comparisonJson(*a, *b));
 }
 
 void ConsoleApi::picture(std::int64_t id, const HttpRequest& request,
                          const Respond& respond) const {
-  if (!pictures_) throw HttpError(503, facts_.why_no_render);
-  PictureWish wish;
-  wish.behavior = id;
-  wish.t = secondsOf(request);
+  if (!draw_) throw HttpError(503, facts_.why_no_render);
+  PictureRequest wanted;
+  wanted.behavior = id;
+  wanted.t = secondsOf(request);
   const std::string& view = request.parameter("view");
   if (view == "bystander") {
-    wish.view = PictureView::Bystander;
+    wanted.view = PictureView::Bystander;
   } else if (!view.empty() && view != "projector") {
     throw HttpError(400, "view should be projector or bystander");
   }
-  const std::int64_t width = integerOf(request, "width").value_or(wish.width);
-  wish.width = static_cast<int>(std::clamp<std::int64_t>(width, kNarrowest, kWidest));
-  wish.viewer = request.parameter("viewer").substr(0, 64);
-  pictures_->draw(wish, respond);
+  const std::int64_t width = integerOf(request, "width").value_or(wanted.width);
+  wanted.width = static_cast<int>(std::clamp<std::int64_t>(width, kNarrowest, kWidest));
+  wanted.viewer = request.parameter("viewer").substr(0, 64);
+  draw_(wanted, respond);
 }
 
 HttpResponse ConsoleApi::file(std::int64_t id) {
-  const auto detail = details_.of(id);
+  const auto detail = detailOf(id);
   const std::unique_lock<std::mutex> lock(file_mutex_, std::try_to_lock);
   if (!lock) throw HttpError(503, "another file is being made");
   HttpResponse response{200, "text/html; charset=utf-8", make_file_(*detail)};

@@ -10,23 +10,39 @@
 #include <string>
 #include <utility>
 
-#include "nodes/console/behavior_detail.hpp"
+#include "nodes/behavior_view/behavior_page.hpp"
 #include "nodes/console/behavior_index.hpp"
 #include "nodes/console/console_access.hpp"
 #include "nodes/console/http_message.hpp"
-#include "nodes/console/picture_source.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
-/// What the console is, for /api/about.
+/// The files of the console's page, embedded from assets/console.
+struct EmbeddedConsole {
+  const char* name;  ///< nullptr ends the list
+  const char* text;
+};
+extern const EmbeddedConsole kEmbeddedConsole[];
+
+/// The console's answer to /api/about.
 struct ConsoleFacts {
   std::string version;
   std::string store;          ///< in words, no password
   std::string why_no_render;  ///< empty: it draws pictures
 };
 
-/// A behavior as one file, for /api/behaviors/ID/file.
+struct PictureRequest {
+  std::int64_t behavior = 0;
+  double t = 0;  ///< seconds since its begin
+  PictureView view = PictureView::Projector;
+  int width = kPagePictureWidth;  ///< pixels
+  std::string viewer;  ///< of one viewer, behavior and view only the newest request is drawn
+};
+
+/// Returns at once; responds with a JPEG, or with 404 or 503 {"error"}.
+using DrawPicture = std::function<void(const PictureRequest&, const Respond&)>;
+/// Makes a behavior one file, for /api/behaviors/ID/file.
 using MakeFile = std::function<std::string(const BehaviorDetail&)>;
 
 /// Answers at once, in the thread of whoever asks, all but pictures and files; any thread. What it
@@ -36,11 +52,12 @@ class ConsoleApi {
   ConsoleApi(const replay::Store& store, BehaviorIndex& index, ConsoleAccess access,
              ConsoleFacts facts);
   /// Without them there are no pictures, and no files.
-  void setPictures(PictureSource& pictures) { pictures_ = &pictures; }
+  void setPictures(DrawPicture draw) { draw_ = std::move(draw); }
   void setFile(MakeFile make_file) { make_file_ = std::move(make_file); }
 
-  /// Who answers what is asked of a robot: all that is posted but logins, /api/events,
-  /// /api/projected and /api/report. Without, there is none. To be set before the first answer().
+  /// Takes the requests that are for a robot: all that is posted but logins, /api/events,
+  /// /api/projected and /api/report. Without it there is no robot. To be set before the first
+  /// answer().
   void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
 
   /// For HttpServer.
@@ -63,13 +80,14 @@ class ConsoleApi {
   HttpResponse comparison(const HttpRequest& request);
   void picture(std::int64_t id, const HttpRequest& request, const Respond& respond) const;
   HttpResponse file(std::int64_t id);
+  std::shared_ptr<const BehaviorDetail> detailOf(std::int64_t id);
 
   const replay::Store& store_;
   BehaviorIndex& index_;
   ConsoleAccess access_;
   ConsoleFacts facts_;
   BehaviorDetails details_;
-  PictureSource* pictures_ = nullptr;
+  DrawPicture draw_;
   MakeFile make_file_;
   std::mutex file_mutex_;  ///< a file takes seconds of one of the server's threads, not of several
   HttpHandler robot_;

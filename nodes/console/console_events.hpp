@@ -13,7 +13,6 @@
 #include <string>
 #include <thread>
 
-#include "nodes/console/event_stream.hpp"
 #include "nodes/console/http_message.hpp"
 
 namespace afterglow::nodes {

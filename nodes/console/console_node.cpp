@@ -3,13 +3,14 @@
 #include <afterglow/StartRecording.h>
 #include <afterglow/StopRecording.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "nodes/console/behavior_json.hpp"
-#include "nodes/console/dry_run.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -17,40 +18,13 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-json bodyOf(const HttpRequest& request) {
-  const json body = json::parse(request.body, nullptr, false);
-  if (!body.is_object()) throw HttpError(400, "the body is no JSON object");
-  return body;
-}
-
-std::string textIn(const json& asked, const char* name) {
-  const auto found = asked.find(name);
-  if (found == asked.end() || found->is_null()) return "";
-  if (!found->is_string()) throw HttpError(400, std::string(name) + " should be a text");
-  return found->get<std::string>();
-}
-
-bool flagIn(const json& asked, const char* name) {
-  const auto found = asked.find(name);
-  if (found == asked.end()) return false;
-  if (!found->is_boolean()) throw HttpError(400, std::string(name) + " is true or false");
-  return found->get<bool>();
-}
-
-double numberIn(const json& asked, const char* name) {
-  const auto found = asked.find(name);
-  const double value = found != asked.end() && found->is_number() ? found->get<double>() : NAN;
-  if (!std::isfinite(value)) throw HttpError(400, std::string(name) + " should be a number");
-  return value;
-}
-
 const char* stateName(const ReplayStatus& status) {
   return status.state == ReplayStatus::PLAYING  ? "playing"
          : status.state == ReplayStatus::PAUSED ? "paused"
                                                 : "idle";
 }
 
-std::string wordsOf(const ReplayStatus& status, const ReplayKeeper::Shown& ours) {
+std::string wordsOf(const ReplayStatus& status, const RunningReplay::Shown& ours) {
   if (ours.is_stopping) return "is being stopped";
   if (status.state == ReplayStatus::IDLE) {
     if (ours.is_ours) return "the replay is being prepared";
@@ -62,7 +36,7 @@ std::string wordsOf(const ReplayStatus& status, const ReplayKeeper::Shown& ours)
   return status.message.empty() ? what : what + ": " + status.message;
 }
 
-nlohmann::ordered_json playerJson(const PlayerLink& player, const ReplayKeeper::Shown& ours) {
+nlohmann::ordered_json playerJson(const PlayerLink& player, const RunningReplay::Shown& ours) {
   const auto status = player.status();
   if (!status) return {{"state", "failed"}, {"words", player.player() + " is not there"}};
   nlohmann::ordered_json said{{"state", stateName(*status)},
@@ -98,27 +72,49 @@ typename Service::Response called(const std::string& name,
 
 }  // namespace
 
-ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, const replay::Store& store,
-                         std::function<std::size_t()> total)
+void MotionTokens::forgetOld(Time now) {
+  for (auto made = made_.begin(); made != made_.end();) {
+    made = now - made->second.at >= kLifetime ? made_.erase(made) : std::next(made);
+  }
+}
+
+std::string MotionTokens::make(Found found, Time now) {
+  std::string token = replay::newKey();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  forgetOld(now);
+  if (made_.size() >= kMost) {
+    made_.erase(std::min_element(made_.begin(), made_.end(), [](const auto& a, const auto& b) {
+      return a.second.at < b.second.at;
+    }));
+  }
+  made_[token] = {std::move(found), now};
+  return token;
+}
+
+std::optional<MotionTokens::Found> MotionTokens::take(const std::string& token, Time now) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  forgetOld(now);
+  const auto made = made_.find(token);
+  if (made == made_.end()) return std::nullopt;
+  Found found = std::move(made->second.found);
+  made_.erase(made);
+  return found;
+}
+
+ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, std::function<std::size_t()> total)
     : options_(options),
-      store_(store),
       player_(options.player),
       calibrator_(options.calibrator),
       projected_(options.projector),
-      farewell_(player_.player()),
-      keeper_(player_, {[this](const std::string& session) { return events_.isListening(session); },
-                        [this](bool runs) { farewell_.tell(runs); }}),
+      dead_man_switch_(player_.player()),
+      replay_(player_, {[this](const std::string& session) { return events_.isListening(session); },
+                        [this](bool runs) { dead_man_switch_.tell(runs); }}),
       events_({[this] { return state(); }, std::move(total)}) {}
-
-ConsoleNode::~ConsoleNode() {
-  is_ending_ = true;
-  keeper_.close();  // before what it asks goes
-}
 
 std::string ConsoleNode::state() const {
   auto projector = diagnostics_.projector();
   projector["image"] = projected_.state();
-  const nlohmann::ordered_json state{{"player", playerJson(player_, keeper_.shown())},
+  const nlohmann::ordered_json state{{"player", playerJson(player_, replay_.shown())},
                                      {"recorder", diagnostics_.recorder()},
                                      {"projector", std::move(projector)},
                                      {"calibrator", calibrator_.state()},
@@ -133,6 +129,9 @@ void ConsoleNode::answer(const HttpRequest& request, const Respond& respond) {
   if (request.method != "GET") throw HttpError(404, "there is nothing at this address");
   if (request.path == "/api/projected") return respond(projected_.newest());
   if (request.path == "/api/report") return respond(report());
+  if (request.path == "/api/report/page") {
+    return later(commands_, respond, [this] { return reportPage(); });
+  }
   respond(events_.open(request.parameter("session")));
 }
 
@@ -145,9 +144,8 @@ void ConsoleNode::answerPost(const HttpRequest& request, const Respond& respond)
     return later(rehearsals_, respond, [this, asked] { return dryRun(asked); });
   }
   if (path == "/api/play") {
-    return later(commands_, respond, [this, asked, stops = keeper_.stopCount()] {
-      return play(asked, stops);
-    });
+    return later(commands_, respond,
+                 [this, asked, stops = replay_.stopCount()] { return play(asked, stops); });
   }
   if (path == "/api/record") {
     return later(commands_, respond, [this, asked] { return record(asked); });
@@ -167,11 +165,11 @@ void ConsoleNode::answerPost(const HttpRequest& request, const Respond& respond)
   if (path == "/api/pause") {
     command = [this] { player_.trigger("pause"); };
   } else if (path == "/api/resume") {
-    command = [this] { keeper_.needOurs(), player_.trigger("resume"); };
+    command = [this] { replay_.needOurs(), player_.trigger("resume"); };
   } else if (path == "/api/seek") {
-    command = [this, t = numberIn(asked, "t")] { keeper_.needOurs(), player_.seek(t); };
+    command = [this, t = numberIn(asked, "t")] { replay_.needOurs(), player_.seek(t); };
   } else if (path == "/api/rate") {
-    command = [this, rate = numberIn(asked, "rate")] { keeper_.needOurs(), player_.setRate(rate); };
+    command = [this, rate = numberIn(asked, "rate")] { replay_.needOurs(), player_.setRate(rate); };
   } else {
     throw HttpError(404, "there is nothing at this address");
   }
@@ -197,12 +195,12 @@ void ConsoleNode::later(replay::TaskThread& thread, const Respond& respond, Work
 }
 
 HttpResponse ConsoleNode::stop() {
-  if (keeper_.stop("stopped")) return jsonResponse({{"stopping", true}});
+  if (replay_.stop("stopped")) return jsonResponse({{"stopping", true}});
   throw HttpError(503, player_.player() + " does not hear the stop");
 }
 
 HttpResponse ConsoleNode::report() const {
-  const auto report = keeper_.report();
+  const auto report = replay_.report();
   if (!report) throw HttpError(404, "no replay that was started here has ended yet");
   auto told = nlohmann::ordered_json::parse(report->json, nullptr, false);
   if (!told.is_object()) throw HttpError(503, "the player's report is no JSON");
@@ -210,53 +208,75 @@ HttpResponse ConsoleNode::report() const {
       {{"behavior", report->behavior}, {"ended", report->ended}, {"report", std::move(told)}});
 }
 
+/// Its page is made by the player, which knows more than a report's JSON tells.
+HttpResponse ConsoleNode::reportPage() const {
+  const auto report = replay_.report();
+  if (!report) throw HttpError(404, "no replay that was started here has ended yet");
+  const LastReport::Response last = player_.lastReport();
+  if (!last.success) throw HttpError(404, last.message);
+  if (last.report != report->json) throw HttpError(404, "another replay has ended since");
+  return {
+      200,
+      "text/html; charset=utf-8",
+      last.page,
+      {{"Content-Security-Policy",
+        "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'"}}};
+}
+
 HttpResponse ConsoleNode::hold(const json& asked) {
-  const bool is_held = keeper_.beat(textIn(asked, "session"));
+  const bool is_held = replay_.beat(textIn(asked, "session"));
   return jsonResponse({{"held", is_held}});
 }
 
 HttpResponse ConsoleNode::dryRun(const json& asked) {
-  const PlayWish wish = readWish(asked);
-  DryRun dry;
+  const PlayRequest request = readPlayRequest(asked);
+  Rehearse::Response dry;
   if (player_.isThere()) {
-    dry = rehearseAs(player_.player(), options_.store, store_, wish,
-                     [this] { return is_ending_.load() || !ros::ok(); });
+    dry = player_.rehearse(request);
+    if (dry.store != replay::storeUri(options_.store)) {
+      dry.topics.clear();
+      dry.message =
+          "the player plays from another store, " + dry.store + ": its behaviors are others";
+    }
   } else {
-    dry.refusal = player_.player() + " is not there";
+    dry.message = player_.player() + " is not there";
   }
   std::string token;
-  if (dry.refusal.empty()) token = tokens_.make({wish.key(), dry.moves}, steady_clock::now());
+  if (dry.message.empty()) {
+    token = tokens_.make({request.key(), dry.moves != 0}, steady_clock::now());
+  }
+  const auto topics = nlohmann::ordered_json::parse(dry.topics, nullptr, false);
   return jsonResponse({{"token", token},
-                       {"topics", dry.topics},
-                       {"moves", dry.moves},
+                       {"topics", topics.is_array() ? topics : nlohmann::ordered_json::array()},
+                       {"moves", dry.moves != 0},
                        {"robot", dry.robot},
                        {"speed", dry.speed},
-                       {"refusal", dry.refusal},
+                       {"refusal", dry.message},
                        {"unchecked", dry.unchecked}});
 }
 
 HttpResponse ConsoleNode::play(const json& asked, std::uint64_t stops_before) {
-  ReplayKeeper::Start start;
-  start.wish = readWish(asked);
+  RunningReplay::Start start;
+  start.request = readPlayRequest(asked);
   start.session = textIn(asked, "session");
   start.is_held = flagIn(asked, "hold");
   start.after_stop = stops_before;
-  if (!farewell_.isThere()) {
+  if (!dead_man_switch_.isThere()) {
     throw HttpError(503, "the process that stops the robot if this console dies is gone: start the "
                          "console again");
   }
-  if (!start.wish.isWithoutBody()) {
+  if (!start.request.isWithoutBody()) {
     const auto found = tokens_.take(textIn(asked, "confirmed"), steady_clock::now());
-    if (!found || found->key != start.wish.key()) {
+    if (!found || found->key != start.request.key()) {
       throw HttpError(409, "without the token of a dry run of the same request, not older than a "
                            "minute, only light and speech are replayed (\"only\": \"ar,speech\")");
     }
     start.moves = found->moves;
     // What would not have moved then must not move now, whatever has changed since.
-    if (!start.moves) start.wish.only = "ar,speech";
+    if (!start.moves) start.request.only = "ar,speech";
   }
   if (start.is_held && start.session.empty()) throw HttpError(400, "who holds? session is missing");
-  keeper_.start(start);
+  replay_.start(start);
   return jsonResponse({{"waits_for_hold", start.is_held}, {"moves", start.moves}});
 }
 

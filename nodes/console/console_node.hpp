@@ -1,27 +1,28 @@
 /// \file
-/// console_node: the console beside a running robot. What it adds to `afterglow console`: what ROS
-/// says now, and what is asked of player_node and recorder_node.
+/// The console beside a running robot (console_node): the state of the robot as ROS tells it now,
+/// and requests to player_node and recorder_node.
 #pragma once
 
 #include <ros/ros.h>
 
-#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "nodes/console/calibrator_link.hpp"
 #include "nodes/console/console_events.hpp"
-#include "nodes/console/farewell.hpp"
+#include "nodes/console/dead_man_switch.hpp"
 #include "nodes/console/heard_diagnostics.hpp"
 #include "nodes/console/http_message.hpp"
-#include "nodes/console/motion_tokens.hpp"
 #include "nodes/console/player_link.hpp"
 #include "nodes/console/projected_image.hpp"
-#include "nodes/console/replay_keeper.hpp"
+#include "nodes/console/running_replay.hpp"
 #include "replay/clock/worker_thread.hpp"
-#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
@@ -32,14 +33,43 @@ struct ConsoleNodeOptions {
   std::string projector = "projector/image";  ///< sensor_msgs/Image
 };
 
+/// The tokens that a dry run gives: each lets one request move the robot, once, for a minute. Any
+/// thread. Times are given.
+class MotionTokens {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  static constexpr std::chrono::seconds kLifetime{60};
+  static constexpr std::size_t kMost = 64;  ///< the oldest go
+
+  /// What a dry run of the request of this key found.
+  struct Found {
+    std::string key;
+    bool moves = false;
+  };
+
+  std::string make(Found found, Time now);
+  /// Takes it: a second time there is none. Empty: it is unknown, or too old.
+  std::optional<Found> take(const std::string& token, Time now);
+
+ private:
+  struct Made {
+    Found found;
+    Time at;
+  };
+  void forgetOld(Time now);
+
+  std::mutex mutex_;
+  std::map<std::string, Made> made_;
+};
+
 /// Answers what ConsoleApi leaves to a robot. After ros::start; with spinning threads.
 class ConsoleNode {
  public:
-  /// `store`: the one of the options. `total`: behaviors in it. Throws std::runtime_error, one line.
-  ConsoleNode(const ConsoleNodeOptions& options, const replay::Store& store,
-              std::function<std::size_t()> total);
-  /// Stops a replay that was started here. The server has to have been stopped.
-  ~ConsoleNode();
+  /// `total`: behaviors in the store. Throws std::runtime_error, one line.
+  ConsoleNode(const ConsoleNodeOptions& options, std::function<std::size_t()> total);
+  /// Stops a replay that was started here. To be called once the server has been stopped.
+  void close() { replay_.close(); }
+  ~ConsoleNode() { close(); }  // before what it asks goes
 
   /// For ConsoleApi::setRobot(). At once, or once the player has answered; throws HttpError.
   void answer(const HttpRequest& request, const Respond& respond);
@@ -50,6 +80,7 @@ class ConsoleNode {
   void later(replay::TaskThread& thread, const Respond& respond, Work work);
   HttpResponse stop();
   HttpResponse report() const;
+  HttpResponse reportPage() const;
   HttpResponse hold(const nlohmann::json& asked);
   HttpResponse dryRun(const nlohmann::json& asked);
   HttpResponse play(const nlohmann::json& asked, std::uint64_t stops_before);
@@ -58,15 +89,13 @@ class ConsoleNode {
   void answerPost(const HttpRequest& request, const Respond& respond);
 
   const ConsoleNodeOptions options_;
-  const replay::Store& store_;
-  std::atomic<bool> is_ending_{false};
   PlayerLink player_;
   CalibratorLink calibrator_;
   HeardDiagnostics diagnostics_;
   ProjectedImage projected_;
   MotionTokens tokens_;
-  Farewell farewell_;
-  ReplayKeeper keeper_;
+  DeadManSwitch dead_man_switch_;
+  RunningReplay replay_;
   ConsoleEvents events_;
   replay::TaskThread rehearsals_, commands_;  ///< what listens for seconds; what the player answers
 };

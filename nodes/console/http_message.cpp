@@ -1,7 +1,9 @@
 #include "nodes/console/http_message.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace afterglow::nodes {
 namespace {
@@ -82,6 +84,90 @@ void readTarget(const std::string& target, HttpRequest& request) {
   request.path = unescaped(target.substr(0, mark), PlusSign::IsPlus);
   request.query.clear();
   if (mark < end) readQuery(target.substr(mark + 1, end - mark - 1), request);
+}
+
+// -------------------------------------------------------------------------------------------- body
+
+nlohmann::json bodyOf(const HttpRequest& request) {
+  const auto body = nlohmann::json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw HttpError(400, "the body is no JSON object");
+  return body;
+}
+
+std::string textIn(const nlohmann::json& asked, const char* name) {
+  const auto found = asked.find(name);
+  if (found == asked.end() || found->is_null()) return "";
+  if (!found->is_string()) throw HttpError(400, std::string(name) + " should be a text");
+  return found->get<std::string>();
+}
+
+bool flagIn(const nlohmann::json& asked, const char* name) {
+  const auto found = asked.find(name);
+  if (found == asked.end()) return false;
+  if (!found->is_boolean()) throw HttpError(400, std::string(name) + " is true or false");
+  return found->get<bool>();
+}
+
+double numberIn(const nlohmann::json& asked, const char* name, std::optional<double> otherwise) {
+  const auto found = asked.find(name);
+  if (otherwise && (found == asked.end() || found->is_null())) return *otherwise;
+  const double value = found != asked.end() && found->is_number() ? found->get<double>() : NAN;
+  if (!std::isfinite(value)) throw HttpError(400, std::string(name) + " should be a number");
+  return value;
+}
+
+// ------------------------------------------------------------------------------------------ events
+
+void EventStream::push(const std::string& text) {
+  bool is_too_slow = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (is_closed_) return;
+    is_too_slow = waiting_.size() + text.size() > kMostWaiting;
+    if (!is_too_slow) waiting_ += text;
+  }
+  is_too_slow ? close() : wake();
+}
+
+void EventStream::close() {
+  std::function<void()> on_gone;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (is_closed_) return;
+    is_closed_ = true;
+    waiting_.clear();
+    on_gone = std::exchange(on_gone_, nullptr);
+  }
+  wake();
+  if (on_gone) on_gone();
+}
+
+bool EventStream::isClosed() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return is_closed_;
+}
+
+void EventStream::attach(std::function<void()> wake) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_ = std::move(wake);
+  }
+  this->wake();
+}
+
+std::string EventStream::take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(waiting_, {});
+}
+
+void EventStream::wake() {
+  std::function<void()> wake;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake = wake_;
+    if (is_closed_) wake_ = nullptr;  // which holds the connection
+  }
+  if (wake) wake();
 }
 
 }  // namespace afterglow::nodes

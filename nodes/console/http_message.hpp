@@ -2,9 +2,13 @@
 /// Requests and responses as values: routes are tested without sockets.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,7 +16,37 @@
 
 namespace afterglow::nodes {
 
-class EventStream;
+/// The events of a response that goes on (server-sent events), from any thread to the server's
+/// connection. Text waits in it until the client takes it; a client that does not take kMostWaiting
+/// is dropped.
+class EventStream {
+ public:
+  static constexpr std::size_t kMostWaiting = 256 << 10;  ///< bytes
+
+  /// `on_gone` is called once, in any thread, when the client is gone, or dropped, or the stream is
+  /// closed.
+  explicit EventStream(std::function<void()> on_gone) : on_gone_(std::move(on_gone)) {}
+
+  /// Adds events as they go over the wire, "event: state\ndata: {}\n\n", unless the client is gone.
+  void push(const std::string& text);
+  /// The connection ends.
+  void close();
+  bool isClosed() const;
+
+  // The server's part.
+  /// `wake` is called, in any thread, whenever there is something to take, or the stream is closed.
+  void attach(std::function<void()> wake);
+  /// Returns all that waits.
+  std::string take();
+
+ private:
+  void wake();
+
+  mutable std::mutex mutex_;
+  std::string waiting_;
+  bool is_closed_ = false;
+  std::function<void()> wake_, on_gone_;
+};
 
 struct HttpRequest {
   std::string method = "GET";
@@ -47,6 +81,16 @@ class HttpError : public std::runtime_error {
 
 /// {"error": text}, in one line.
 HttpResponse errorResponse(int status, const std::string& text);
+
+// The JSON object in a request's body, and its fields. They throw HttpError 400.
+nlohmann::json bodyOf(const HttpRequest& request);
+/// Returns an empty text where there is none.
+std::string textIn(const nlohmann::json& asked, const char* name);
+/// Returns false where there is none.
+bool flagIn(const nlohmann::json& asked, const char* name);
+/// Throws where there is none, unless `otherwise` is given.
+double numberIn(const nlohmann::json& asked, const char* name,
+                std::optional<double> otherwise = std::nullopt);
 
 /// May be called once, from any thread.
 using Respond = std::function<void(HttpResponse)>;

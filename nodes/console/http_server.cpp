@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/console/event_stream.hpp"
+#include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -45,13 +45,6 @@ constexpr unsigned kUnacknowledgedMs = 2000;
 /// Threads for connections, and for what is urgent.
 constexpr int kConnectionThreads = 2;
 
-std::string smallLetters(std::string text) {
-  for (char& letter : text) {
-    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
-  }
-  return text;
-}
-
 std::string textOf(const beast::string_view& view) { return {view.data(), view.size()}; }
 
 /// Throws HttpError for headers that two readers could understand in two ways.
@@ -59,7 +52,7 @@ HttpRequest requestOf(const http::request<http::string_body>& message) {
   HttpRequest request;
   request.method = textOf(message.method_string());
   for (const auto& field : message) {
-    const std::string name = smallLetters(textOf(field.name_string()));
+    const std::string name = replay::lowerCase(textOf(field.name_string()));
     const auto [at, is_new] = request.headers.emplace(name, textOf(field.value()));
     const bool is_single = name == "host" || name == "origin" || name == "authorization";
     if (!is_new && is_single) throw HttpError(400, "there are two headers " + name);

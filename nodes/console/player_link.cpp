@@ -4,9 +4,14 @@
 #include <afterglow/ReplayActionGoal.h>
 #include <afterglow/Seek.h>
 #include <afterglow/SetRate.h>
+#include <fmt/format.h>
 #include <std_srvs/Trigger.h>
 
+#include <nlohmann/json.hpp>
+#include <set>
+
 #include "nodes/console/http_message.hpp"
+#include "replay/plan/modality_options.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -17,6 +22,46 @@ std::string actionOf(const std::string& player) {
 }
 
 }  // namespace
+
+bool PlayRequest::isWithoutBody() const {
+  const std::set<replay::Modality> asked = replay::parseModalities(only);
+  return !asked.empty() && asked.count(replay::Modality::Body) == 0;
+}
+
+std::vector<std::string> PlayRequest::options() const {
+  std::vector<std::string> options{fmt::format("rate={}", rate)};
+  if (!only.empty()) options.push_back("only=" + only);
+  if (start != 0) options.push_back(fmt::format("start={}", start));
+  if (is_looping) options.push_back("loop");
+  return options;
+}
+
+std::string PlayRequest::key() const {
+  return fmt::format("{} {}", behavior, fmt::join(options(), " "));
+}
+
+PlayRequest readPlayRequest(const nlohmann::json& asked) {
+  PlayRequest request;
+  const auto behavior = asked.find("behavior");
+  if (behavior == asked.end() || !behavior->is_number_integer()) {
+    throw HttpError(400, "behavior is missing: its id");
+  }
+  request.behavior = behavior->get<std::int64_t>();
+  request.only = textIn(asked, "only");
+  try {
+    (void)request.isWithoutBody();
+  } catch (const std::invalid_argument& error) {
+    throw HttpError(400, error.what());
+  }
+  request.rate = numberIn(asked, "rate", 1);
+  request.start = numberIn(asked, "start", 0);
+  if (request.rate < 1e-3) throw HttpError(400, "rate is too small");
+  if (request.start < 0) throw HttpError(400, "start should not be negative");
+  request.is_looping = flagIn(asked, "loop");
+  return request;
+}
+
+// ------------------------------------------------------------------------------------------- link
 
 PlayerLink::PlayerLink(const std::string& player) : player_(ros::names::resolve(player)) {
   const std::string action = actionOf(player_);
@@ -50,13 +95,12 @@ std::string PlayerLink::newGoal() {
   return goal;
 }
 
-void PlayerLink::send(const std::string& goal, std::int64_t behavior,
-                      const std::vector<std::string>& options) {
+void PlayerLink::send(const std::string& goal, const PlayRequest& request) {
   ReplayActionGoal message;
   message.goal_id.id = goal;
   message.goal_id.stamp = message.header.stamp = ros::Time::now();
-  message.goal.behavior = std::to_string(behavior);
-  message.goal.options = options;
+  message.goal.behavior = std::to_string(request.behavior);
+  message.goal.options = request.options();
   goals_.publish(message);
 }
 
@@ -90,13 +134,18 @@ bool PlayerLink::cancel(const std::string& goal) {
 }
 
 template <typename Service>
-void PlayerLink::call(const std::string& name, const typename Service::Request& request) const {
+typename Service::Response PlayerLink::ask(const std::string& name,
+                                           const typename Service::Request& request) const {
   Service service;
   service.request = request;
-  if (!ros::service::call(player_ + "/" + name, service)) {
-    throw HttpError(503, player_ + " does not answer");
-  }
-  if (!service.response.success) throw HttpError(409, service.response.message);
+  if (ros::service::call(player_ + "/" + name, service)) return service.response;
+  throw HttpError(503, player_ + " does not answer");
+}
+
+template <typename Service>
+void PlayerLink::call(const std::string& name, const typename Service::Request& request) const {
+  const auto answer = ask<Service>(name, request);
+  if (!answer.success) throw HttpError(409, answer.message);
 }
 
 void PlayerLink::trigger(const std::string& service) const {
@@ -114,6 +163,15 @@ void PlayerLink::seek(double seconds) const {
   request.position = seconds;
   call<Seek>("seek", request);
 }
+
+Rehearse::Response PlayerLink::rehearse(const PlayRequest& request) const {
+  Rehearse::Request asked;
+  asked.behavior = std::to_string(request.behavior);
+  asked.options = request.options();
+  return ask<Rehearse>("rehearse", asked);
+}
+
+LastReport::Response PlayerLink::lastReport() const { return ask<LastReport>("last_report", {}); }
 
 void PlayerLink::onStatus(const ReplayStatus& status) {
   const std::lock_guard<std::mutex> lock(mutex_);

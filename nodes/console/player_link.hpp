@@ -1,9 +1,11 @@
 /// \file
-/// What console_node hears of player_node and asks of it: by its action, its services and its
-/// ~status, never around them.
+/// The console's link to player_node: by its action, its services and its ~status, never around
+/// them.
 #pragma once
 
 #include <actionlib_msgs/GoalID.h>
+#include <afterglow/LastReport.h>
+#include <afterglow/Rehearse.h>
 #include <afterglow/ReplayActionFeedback.h>
 #include <afterglow/ReplayActionResult.h>
 #include <afterglow/ReplayStatus.h>
@@ -14,16 +16,37 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace afterglow::nodes {
 
+/// A page's request to replay a behavior.
+struct PlayRequest {
+  std::int64_t behavior = 0;
+  std::string only;  ///< "ar,speech"; empty: all
+  double rate = 1;
+  double start = 0;  ///< seconds into the behavior
+  bool is_looping = false;
+
+  /// Whether its words alone ask for nothing but light and speech.
+  bool isWithoutBody() const;
+  /// Returns the options of a goal (play_options.hpp).
+  std::vector<std::string> options() const;
+  /// Returns the same text for the same request.
+  std::string key() const;
+};
+
+/// Reads {"behavior": ID, "only":, "rate":, "start":, "loop":}. Throws HttpError 400 for anything
+/// else.
+PlayRequest readPlayRequest(const nlohmann::json& asked);
+
 /// Any thread.
 class PlayerLink {
  public:
-  /// Of a goal that was sent here.
+  /// The course of a goal that was sent here.
   struct Course {
     bool is_begun = false;  ///< messages go out
     bool is_ended = false;
@@ -43,8 +66,7 @@ class PlayerLink {
 
   /// A goal of a name that no other has, to be sent. What was known of others is forgotten.
   std::string newGoal();
-  void send(const std::string& goal, std::int64_t behavior,
-            const std::vector<std::string>& options);
+  void send(const std::string& goal, const PlayRequest& request);
   Course course(const std::string& goal) const;
   /// Waits until the goal has begun or ended, or so long.
   Course await(const std::string& goal, std::chrono::milliseconds patience);
@@ -55,8 +77,15 @@ class PlayerLink {
   void trigger(const std::string& service) const;
   void setRate(double rate) const;
   void seek(double seconds) const;
+  // These give the player's answer, a refusal too. They throw HttpError if there is none.
+  /// Takes some seconds.
+  Rehearse::Response rehearse(const PlayRequest& request) const;
+  LastReport::Response lastReport() const;
 
  private:
+  template <typename Service>
+  typename Service::Response ask(const std::string& name,
+                                 const typename Service::Request& request) const;
   template <typename Service>
   void call(const std::string& name, const typename Service::Request& request) const;
   void onStatus(const ReplayStatus& status);

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "replay/motion/start_pose.hpp"
 #include "replay/play/play_report.hpp"
@@ -36,6 +38,18 @@ inline std::string jointErrorText(bool is_sliding, double error, const std::stri
   return is_sliding
              ? fmt::format("{:+.1f} mm", error * 1000)
              : fmt::format("{:+.2f}", error * replay::kDegreesPerRadian) + degree;
+}
+
+/// "2 sent, 1 succeeded, 1 failed"; empty without goals.
+inline std::string goalsText(const replay::GoalBook::Counts& counts) {
+  std::vector<std::string> parts;
+  for (const auto& [count, word] : {std::pair(counts.sent, " sent"),
+                                    {counts.succeeded, " succeeded"},
+                                    {counts.failed, " failed"},
+                                    {counts.canceled, " canceled"}}) {
+    if (count > 0) parts.push_back(std::to_string(count) + word);
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 }  // namespace afterglow::nodes

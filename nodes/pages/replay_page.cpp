@@ -259,11 +259,10 @@ void addWaits(const replay::InStep& in_step, PageData& facts) {
     facts.push_back(fact("Waited", inSeconds(in_step.waited_s),
                          replay::counted(in_step.wait_count, "time") + ", for the body"));
   }
+  const auto ms = [](std::int64_t ns) { return fmt::format("{:.1f} ms", 1e-6 * double(ns)); };
   for (const auto& [modality, skew] : in_step.skew) {
-    facts.push_back(fact("Skew to the body, p95",
-                         fmt::format("{:.1f} ms",
-                                     static_cast<double>(skew.size.quantile(0.95)) * 1e-6),
-                         std::string(name(modality))));
+    facts.push_back(fact("Skew to the body, p95", ms(skew.size.quantile(0.95)),
+                         fmt::format("{}, at most {}", name(modality), ms(skew.size.max()))));
   }
 }
 
@@ -303,6 +302,9 @@ PageData facts(const PlayReport& report) {
   PageData all =
       PageData::array({fact("Took", inSeconds(took), "planned " + inSeconds(planned))});
   all.push_back(messagesFact(report));
+  if (report.goals.sent > 0) {
+    all.push_back(fact("Goals", std::to_string(report.goals.sent), goalsText(report.goals)));
+  }
   addLateness(report, all);
   addWaits(report.in_step, all);
   addEnds(report, all);
@@ -385,6 +387,9 @@ PageData topicRow(const PlannedTopic& topic, const TopicReport& played) {
                   {"skipped", played.skipped},
                   {"refused", played.refused},
                   {"remark", played.problem}};
+  if (played.problem.empty() && played.published > 0 && !played.was_heard) {
+    row["remark"] = "nobody listened";
+  }
   for (const auto& [key, q] : {std::pair("p50", 0.5), {"p99", 0.99}, {"max", 1.0}}) {
     row[key] = lateText(played.lateness, q);
   }

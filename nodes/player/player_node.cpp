@@ -5,12 +5,16 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/play_options.hpp"
 #include "nodes/player/report_files.hpp"
+#include "nodes/player/robot_description.hpp"
 #include "nodes/tools/store_parameter.hpp"
 #include "replay/store/open/open_store.hpp"
 
@@ -57,6 +61,43 @@ OptionTexts parameterTexts(const ros::NodeHandle& node, const PlayOption& option
   return texts;
 }
 
+/// Returns the fastest of each unit: "up to 0.2 m/s (linear velocity), 0.45 rad/s (...)".
+std::string speedText(const std::vector<replay::MotionPeak>& peaks, double rate) {
+  std::map<std::string, std::pair<double, std::string>> fastest;
+  for (const replay::MotionPeak& peak : peaks) {
+    if (peak.power != 1) continue;
+    auto& [value, what] = fastest[peak.unit];
+    if (!what.empty() && std::abs(peak.value) <= value) continue;
+    value = std::abs(peak.value);
+    what = peak.what;
+  }
+  std::vector<std::string> parts;
+  for (const auto& [unit, peak] : fastest) {
+    parts.push_back(fmt::format("{:.2f} {} ({})", peak.first * rate, unit, peak.second));
+  }
+  if (parts.empty()) return fmt::format("{} times as fast as it was", rate);
+  return fmt::format("up to {}", fmt::join(parts, ", "));
+}
+
+std::string robotName(const replay::Store& store, const replay::PlayPlan& plan,
+                      const ReplayRequest& request) {
+  if (!request.body.robot.name.empty()) return request.body.robot.name;
+  const std::string name = recordedJoints(store, plan.behavior, request.body.robot).robotName();
+  return name.empty() ? "the robot" : name;
+}
+
+std::string topicsJson(const replay::PlayPlan& plan) {
+  auto topics = nlohmann::ordered_json::array();
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    const std::string& name = topic.output.topic;
+    topics.push_back({{"topic", name.empty() ? topic.channel.topic : name},
+                      {"type", topic.channel.type},
+                      {"published", topic.isPlayed()},
+                      {"reason", topic.reason()}});
+  }
+  return topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
 
 PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
@@ -96,16 +137,19 @@ PlayerNode::PlayerNode(const PlayerNodeOptions& options)
     ReplaySession(*store, requestOf(goal)).checkPlayable();
   };
   services_ = std::make_unique<PlayerServices>(
-      private_node_, "replay", PlayerServices::Player{[this] { return session(); }, check});
+      private_node_, "replay",
+      PlayerServices::Player{[this] { return session(); }, check,
+                             [this](const auto& asked, auto& told) { rehearse(asked, told); },
+                             [this](auto& told) { tellLastReport(told); }});
   timer_ = node_.createWallTimer(ros::WallDuration(0.05), [this](const auto&) { onTimer(); });
   publishStatus("");
   server_.start();
 }
 
 PlayerNode::~PlayerNode() {
+  close("the player was shut down");  // which ends a rehearsal, too
   services_.reset();
   timer_.stop();
-  close("the player was shut down");
 }
 
 void PlayerNode::close(const std::string& reason) {
@@ -171,7 +215,11 @@ void PlayerNode::play(const ReplayRequest& request) {
   }
 }
 
-void PlayerNode::keepReport(const replay::PlayReport& report) const {
+void PlayerNode::keepReport(const replay::PlayReport& report) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    last_report_ = report;
+  }
   if (options_.report_folder.empty()) return;
   try {
     saveReport(options_.report_folder, report);
@@ -198,6 +246,51 @@ void PlayerNode::setSession(std::shared_ptr<ReplaySession> session) {
 }
 
 // ------------------------------------------------------------------------------------ from outside
+
+void PlayerNode::rehearse(const Rehearse::Request& asked, Rehearse::Response& told) const {
+  told.store = replay::storeUri(options_.store);
+  try {
+    ReplayGoal goal;
+    goal.behavior = asked.behavior;
+    goal.options = asked.options;
+    const ReplayRequest request = requestOf(goal);
+    const auto store = replay::openStore(options_.store, replay::OpenMode::ReadOnly);
+    ReplaySession session(*store, request);
+    const replay::PlayPlan& plan = session.plan();
+    told.topics = topicsJson(plan);
+    told.moves = !plan.motionTopics().empty();
+    if (told.moves) {
+      told.robot = robotName(*store, plan, request);
+      told.speed = speedText(session.peaks(), request.options.rate);
+    }
+    const Rehearsal rehearsal = session.rehearse(true, [this] { return isClosing(); });
+    told.message = fmt::format("{}", fmt::join(rehearsal.refusals, "; "));
+    told.unchecked = fmt::format("{}", fmt::join(rehearsal.unchecked, "; "));
+  } catch (const std::exception& error) {
+    told.message = error.what();
+  }
+  told.success = told.message.empty();
+}
+
+void PlayerNode::tellLastReport(LastReport::Response& told) const {
+  std::optional<replay::PlayReport> report;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    report = last_report_;
+  }
+  told.success = report.has_value();
+  if (!report) {
+    told.message = "no replay has ended since the player began";
+    return;
+  }
+  told.report = reportJson(*report, -1);
+  told.page = replayPage({*report}, "");
+}
+
+bool PlayerNode::isClosing() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return is_closing_ || !ros::ok();
+}
 
 std::shared_ptr<ReplaySession> PlayerNode::session() const {
   const std::lock_guard<std::mutex> lock(mutex_);

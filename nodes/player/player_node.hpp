@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "nodes/player/player_services.hpp"
@@ -45,9 +46,12 @@ class PlayerNode {
   void onGoal(const ReplayGoalConstPtr& goal);
   ReplayRequest requestOf(const ReplayGoal& goal) const;
   void play(const ReplayRequest& request);
-  void keepReport(const replay::PlayReport& report) const;
+  void keepReport(const replay::PlayReport& report);
+  void rehearse(const Rehearse::Request& asked, Rehearse::Response& told) const;
+  void tellLastReport(LastReport::Response& told) const;
   void onTimer();
   std::shared_ptr<ReplaySession> session() const;
+  bool isClosing() const;
   ReplayStatus status() const;
   void show(std::shared_ptr<ReplaySession> session, const std::string& message);
   void publishStatus(const std::string& message);
@@ -58,6 +62,7 @@ class PlayerNode {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::shared_ptr<ReplaySession> session_;  ///< shared with whoever commands it just now
+  std::optional<replay::PlayReport> last_report_;
   bool is_closing_ = false;
 
   std::mutex status_mutex_;  ///< taken before mutex_: what ~status says follows what is so

@@ -157,6 +157,19 @@ PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::s
         return true;
       }));
   servers_.push_back(node_.advertiseService("play", &PlayerServices::play, this));
+  ros::NodeHandle slow(node_);
+  slow.setCallbackQueue(&slow_requests_);
+  servers_.push_back(slow.advertiseService<Rehearse::Request, Rehearse::Response>(
+      "rehearse", [this](Rehearse::Request& request, Rehearse::Response& response) {
+        player_.rehearse(request, response);
+        return true;
+      }));
+  servers_.push_back(slow.advertiseService<LastReport::Request, LastReport::Response>(
+      "last_report", [this](LastReport::Request&, LastReport::Response& response) {
+        player_.last_report(response);
+        return true;
+      }));
+  slow_thread_.start();
 }
 
 PlayerServices::~PlayerServices() {

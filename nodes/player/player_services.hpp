@@ -2,8 +2,11 @@
 /// The services of player_node: what ros2 bag play has, and rosbag play's pause_playback.
 #pragma once
 
+#include <afterglow/LastReport.h>
 #include <afterglow/PlayBehavior.h>
+#include <afterglow/Rehearse.h>
 #include <afterglow/ReplayGoal.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <functional>
@@ -18,7 +21,8 @@
 namespace afterglow::nodes {
 
 /// ~play, ~stop, ~pause, ~resume, ~toggle_paused, ~is_paused, ~set_rate, ~get_rate, ~seek,
-/// ~play_next, ~burst, ~pause_playback. Each answers with what it did, or why it did not. What
+/// ~play_next, ~burst, ~pause_playback, ~rehearse, ~last_report. Each answers with what it did, or
+/// why it did not; the last two in a thread of their own, so that no stop waits for them. What
 /// somebody paused goes on only when all who paused it have resumed it, told apart by the names of
 /// their nodes; anybody stops it.
 class PlayerServices {
@@ -28,6 +32,8 @@ class PlayerServices {
     std::function<std::shared_ptr<ReplaySession>()> session;
     /// Throws std::runtime_error, one line, for a goal that would be refused.
     std::function<void(const ReplayGoal&)> check;
+    std::function<void(const Rehearse::Request&, Rehearse::Response&)> rehearse;
+    std::function<void(LastReport::Response&)> last_report;
   };
   PlayerServices(const ros::NodeHandle& private_node, const std::string& action, Player player);
   ~PlayerServices();
@@ -53,6 +59,8 @@ class PlayerServices {
   std::set<std::string> pausers_;  ///< nodes that have paused it; of another session, or one that
                                    ///< goes on, they do not count
   std::vector<ros::ServiceServer> servers_;
+  ros::CallbackQueue slow_requests_;
+  ros::AsyncSpinner slow_thread_{1, &slow_requests_};
 };
 
 }  // namespace afterglow::nodes

@@ -26,9 +26,6 @@ struct Verb {
   const char* help;
   const char* program;
   bool runs_command = false;  ///< which stands behind "--"
-  /// With this option another program does it.
-  const char* option = nullptr;
-  const char* program_of_option = nullptr;
 };
 
 // As --help lists them.
@@ -37,8 +34,7 @@ constexpr Verb kVerbs[] = {
      "afterglow_store"},
     {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
     {"list", "List behaviors, newest first", "afterglow_store"},
-    {"show", "Show a behavior, its topics, its messages", "afterglow_store", false, "--html",
-     "afterglow_console"},
+    {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
     {"ask", "Ask the robot what it did, in words: which behavior answers, and what was said then",
      "afterglow_play"},
@@ -155,14 +151,9 @@ int refuseVerb(const std::string& word) {
   return 2;
 }
 
-const char* programOf(const std::string& verb, char** argv) {
+const char* programOf(const std::string& verb) {
   const Verb* found = findVerb(verb);
-  if (!found) return nullptr;
-  for (char** word = argv; found->option && *word; ++word) {
-    const std::string text = *word;
-    if (text.substr(0, text.find('=')) == found->option) return found->program_of_option;
-  }
-  return found->program;
+  return found ? found->program : nullptr;
 }
 
 void addVerbNames(CLI::App& app) {

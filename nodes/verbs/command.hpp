@@ -23,9 +23,8 @@ const std::vector<std::string>& wordsBehindDashes();
 
 /// Says on stderr, in one line, that there is no such verb; the exit status.
 int refuseVerb(const std::string& word);
-/// The program, which lies beside this one, that does a verb with these words; none: there is no
-/// such verb.
-const char* programOf(const std::string& verb, char** argv);
+/// Returns the program, which lies beside this one, that does a verb; null for an unknown verb.
+const char* programOf(const std::string& verb);
 /// Goes on as that program, with the same arguments. Returns (1, with one line on stderr) only if
 /// it cannot be started.
 int becomeProgram(const char* name, const std::string& verb, char** argv);
@@ -39,7 +38,6 @@ CLI::App* addVerb(CLI::App& app, const std::string& name);
 // job. Failures are exceptions.
 void addAskVerb(CLI::App& app);
 void addCalibrateVerb(CLI::App& app);
-void addConsoleVerb(CLI::App& app);
 void addDoctorVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
@@ -50,7 +48,6 @@ void addPlayVerb(CLI::App& app);
 void addRecordVerb(CLI::App& app);
 void addRenderVerb(CLI::App& app);
 void addSaidVerb(CLI::App& app);
-void addShowPageVerb(CLI::App& app);  ///< show with --html, which draws
 void addShowVerb(CLI::App& app);
 void addStoreVerb(CLI::App& app);
 void addSyncVerb(CLI::App& app);

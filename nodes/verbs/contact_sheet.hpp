@@ -24,8 +24,4 @@ class ContactSheet {
   std::vector<render::Image> cells_;
 };
 
-/// So wide, its proportions kept; each pixel is the mean of those it stands for. A smaller picture
-/// grows in blocks.
-render::Image ofWidth(const render::Image& image, int width);
-
 }  // namespace afterglow::nodes

@@ -45,12 +45,6 @@ std::string rewritesOf(const replay::PlannedTopic& topic, const replay::AnchorSe
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-std::string whyOf(const replay::PlannedTopic& topic) {
-  if (topic.isPlayed()) return topic.why_class;
-  const bool is_all = topic.why_not == topic.why_class;
-  return "not played: " + topic.why_not + (is_all ? "" : " (" + topic.why_class + ")");
-}
-
 void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors) {
   using Align = TextTable::Align;
   TextTable table({{"topic", Align::Left},
@@ -62,7 +56,8 @@ void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& ancho
     const bool is_renamed = topic.isPlayed() && topic.output.topic != topic.channel.topic;
     table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
                std::to_string(topic.count), std::string(name(topic.topic_class)),
-               topic.isPlayed() ? std::string(name(topic.modality)) : "-", whyOf(topic)});
+               topic.isPlayed() ? std::string(name(topic.modality)) : "-",
+               (topic.isPlayed() ? "" : "not played: ") + topic.reason()});
     if (topic.isPlayed()) {
       if (const std::string text = rewritesOf(topic, anchors); !text.empty()) {
         table.add({"", "", "", "", "rewritten: " + text});

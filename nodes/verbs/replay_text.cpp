@@ -78,17 +78,6 @@ std::string losses(const PlayReport& report) {
   return text;
 }
 
-std::string goals(const replay::GoalBook::Counts& counts) {
-  std::vector<std::string> parts;
-  for (const auto& [count, word] : {std::pair(counts.sent, " sent"),
-                                    {counts.succeeded, " succeeded"},
-                                    {counts.failed, " failed"},
-                                    {counts.canceled, " canceled"}}) {
-    if (count > 0) parts.push_back(std::to_string(count) + word);
-  }
-  return fmt::format("{}", fmt::join(parts, ", "));
-}
-
 std::string waits(const replay::InStep& in_step) {
   if (!in_step.is_gated) return "nothing waited for the body";
   if (in_step.waits.empty()) return "";
@@ -166,9 +155,9 @@ std::string rewrites(const PlayReport& report) {
 
 std::string replayText(const PlayReport& report) {
   std::string text = headline(report) + topics(report) + losses(report) +
-                     line("goals", goals(report.goals)) + line("in step", waits(report.in_step)) +
-                     line("skew", skews(report.in_step)) + line("base", base(report)) +
-                     line("joints", joints(report)) +
+                     line("goals", goalsText(report.goals)) +
+                     line("in step", waits(report.in_step)) + line("skew", skews(report.in_step)) +
+                     line("base", base(report)) + line("joints", joints(report)) +
                      line("guards", guards(report)) + line("rewritten", rewrites(report));
   for (const auto& [modality, failed] : report.failures) {
     text += line("failed",

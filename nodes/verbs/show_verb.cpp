@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/Error.hpp>
 #include <algorithm>
 #include <deque>
 #include <iostream>
@@ -9,7 +10,6 @@
 #include <map>
 #include <memory>
 #include <set>
-#include <stdexcept>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/document.hpp"
@@ -34,8 +34,6 @@ struct ShowOptions {
   std::optional<std::string> where;
   std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
   std::optional<std::size_t> last;
-  std::string html, config, calibration, projector;
-  bool is_filmed = false;
 };
 
 // -------------------------------------------------------------------------------------------- JSON
@@ -233,8 +231,6 @@ void printMessages(const replay::Store& store, const Behavior& behavior,
 }
 
 void runShow(const ShowOptions& options) {
-  // show_page_verb.cpp does it, in the program that draws.
-  if (!options.html.empty()) throw std::runtime_error("--html: call it as `afterglow show`");
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   const Behavior behavior = findBehavior(*store, options.store, options.behavior);
   if (options.messages) {
@@ -273,25 +269,10 @@ void addShowVerb(CLI::App& app) {
   verb->add_option("--last", options->last, "At most this many messages, the last ones")
       ->needs(messages)
       ->excludes(limit);
-  CLI::Option* html =
-      verb->add_option("--html", options->html,
-                       "Writes it as one page for people instead: its story, when what came, and "
-                       "with --config what was to be seen")
-          ->excludes(json)
-          ->excludes(messages);
-  CLI::Option* config = verb->add_option("--config", options->config,
-                                         "What is projected where (assets/projector.yaml)");
-  config->needs(html);
-  verb->add_flag("--film", options->is_filmed,
-                 "With --config: the page holds the video that render --film makes, too, with what "
-                 "was said as sound and as text track")
-      ->needs(config);
-  verb->add_option("--calibration", options->calibration,
-                   "Folder of the lens's file; without it, the configuration's folder")
-      ->needs(html);
-  verb->add_option("--projector", options->projector,
-                   "Which of several projectors of the configuration")
-      ->needs(html);
+  const auto refuse = [](const std::string&) {  // not in --help
+    throw CLI::ValidationError("--html", "has become `afterglow render BEHAVIOR --out FILE.html`");
+  };
+  verb->add_option_function<std::string>("--html", refuse)->group("");
   addStoreOption(*verb, options->store);
   verb->callback([options] { runShow(*options); });
 }

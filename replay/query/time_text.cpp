@@ -208,6 +208,11 @@ std::string timeText(Stamp stamp) {
   return fmt::format("{}.{:03}{}", second.text, rest_ns / 1'000'000, second.zone);
 }
 
+TimeParts timeParts(Stamp stamp) {
+  const std::string text = timeText(stamp);
+  return {text.substr(0, 10), text.substr(11, 8), text.substr(text.find_first_of("Z+-", 19))};
+}
+
 std::string dateNow() {
   const SecondText second = secondText(std::time(nullptr), true);
   return second.text + second.zone;

@@ -30,6 +30,12 @@ std::optional<Stamp> parseTime(const std::string& text, Stamp now = wallNow());
 /// it.
 std::string timeText(Stamp stamp);
 
+/// The parts of timeText(): "2014-03-31", "21:24:47", and "+02:00" or "Z".
+struct TimeParts {
+  std::string day, clock, zone;
+};
+TimeParts timeParts(Stamp stamp);
+
 /// Now in UTC, to the second, as files have it: "2026-11-21T04:30:00Z".
 std::string dateNow();
 

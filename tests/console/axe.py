@@ -22,8 +22,11 @@ def source(folder):
         if not shutil.which("npm"):
             return None, "there is no npm to fetch axe-core with"
         with tempfile.TemporaryDirectory() as scratch:
-            fetched = subprocess.run(["npm", "pack", "--silent", f"axe-core@{VERSION}"], cwd=scratch, timeout=60,
-                                     stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
+            try:
+                fetched = subprocess.run(["npm", "pack", "--silent", f"axe-core@{VERSION}"], cwd=scratch, timeout=60,
+                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
+            except subprocess.TimeoutExpired:
+                return None, "npm does not reach axe-core within a minute"
             if fetched.returncode != 0:
                 return None, "npm does not reach axe-core"
             with tarfile.open(os.path.join(scratch, fetched.stdout.split()[-1])) as package:

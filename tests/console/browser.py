@@ -137,6 +137,16 @@ class Browser:
         return until(lambda: words in (self.text(css) or ""), f"'{words}' in '{css}'",
                      lambda: self.text(css))
 
+    def wait_for_report(self, *words):
+        """What the player's page of the last replay says, once it says that; it is as high as what is in it."""
+        inside = "return document.querySelector('.played iframe')?.contentDocument?.body?.innerText || ''"
+        told = until(lambda: (text := self.run(inside)) and all(word in text for word in words) and text, words,
+                     lambda: self.run(inside))
+        until(lambda: self.run("const frame = document.querySelector('.played iframe');"
+                               "return frame.offsetHeight >= frame.contentDocument.documentElement.scrollHeight"),
+              "the whole report")
+        return told
+
     def problems(self):
         """What the browser complained of: scripts that failed, what the content policy refused. Servers that are
         not there, and their errors, are the tests' own."""

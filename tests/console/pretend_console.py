@@ -125,15 +125,7 @@ class Robot:
         player = self.player
         if player["state"] == "idle":
             return
-        topic = {"published": 42, "skipped": 1, "refused": 0, "heard": True,
-                 "lateness_ms": {"p50": 0.4, "p99": 1.2, "max": 1.4}}
-        self.report = {"behavior": player["behavior"], "ended": ended, "report": {
-            "completed": ended == "completed", "planned_s": player["duration"], "actual_s": player["position"],
-            "notes": ["/tf was 3 s old"], "goals": {"sent": 2, "succeeded": 1, "failed": 1, "canceled": 0},
-            "in_step": {"gated": True, "waits": 3, "waited_s": 1.2, "skew_ms": {"ar": {"p95": 3, "max": 8.1}}},
-            "body": {"worst": {"joint": "elbow_flex_joint", "error": -0.012}}, "failures": {},
-            "topics": {"/cmd_vel": topic, "/projector/green_points": dict(topic, heard=False),
-                       "/joint_states": {"not_played": "a live sensor's"}}}}
+        self.report = {"behavior": player["behavior"], "ended": ended}
         player.update(state="idle", words=words, reports=player.get("reports", 0) + 1)
 
     def left(self, session):
@@ -190,8 +182,9 @@ class Handler(BaseHTTPRequestHandler):
     def answer(self, status, body, kind="application/json", more=()):
         data = json.dumps(body).encode() if kind == "application/json" else body
         self.send_response(status)
-        for name, value in (("Content-Type", kind), ("Content-Length", len(data)),
-                            ("Content-Security-Policy", POLICY), ("X-Content-Type-Options", "nosniff"), *more):
+        headers = {"Content-Type": kind, "Content-Length": len(data), "Content-Security-Policy": POLICY,
+                   "X-Content-Type-Options": "nosniff", **dict(more)}
+        for name, value in headers.items():
             self.send_header(name, str(value))
         self.end_headers()
         self.wfile.write(data)
@@ -228,6 +221,10 @@ class Handler(BaseHTTPRequestHandler):
         if parts == ["report"]:
             report = self.server.robot.report
             return (200, report) if report else (404, {"error": "no replay has ended yet"})
+        if parts == ["report", "page"]:
+            page = "<!doctype html><html><title>Report</title><h1>Replay</h1>" + "<p>/tf was 3 s old</p>" * 40 + "</html>"
+            more = [("Content-Security-Policy", POLICY.replace("'none'", "'self'"))]
+            return 200, page.encode(), "text/html", more
         if parts == ["projected"]:
             return 200, picture("projector", 10), "image/svg+xml"
         if parts == ["calendar"]:

@@ -15,12 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "nodes/console/behavior_story.hpp"
+#include "nodes/behavior_view/behavior_story.hpp"
+#include "nodes/console/behavior_search.hpp"
 #include "nodes/console/console_api.hpp"
-#include "nodes/console/event_stream.hpp"
-#include "nodes/console/folded_text.hpp"
 #include "nodes/console/http_server.hpp"
-#include "nodes/console/story_difference.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/store_samples.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/console/farewell.hpp"
+#include "nodes/console/dead_man_switch.hpp"
 
 #include <fcntl.h>
 #include <ros/ros.h>
@@ -25,7 +25,7 @@ constexpr double kBetween = 0.1;  // s
 
 }  // namespace
 
-Farewell::Farewell(const std::string& player) {
+DeadManSwitch::DeadManSwitch(const std::string& player) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
@@ -46,23 +46,23 @@ Farewell::Farewell(const std::string& player) {
   ::close(ends[0]);
 }
 
-Farewell::~Farewell() {
+DeadManSwitch::~DeadManSwitch() {
   ::close(pipe_);
   if (pid_ > 0) ::waitpid(pid_, nullptr, 0);
 }
 
-void Farewell::tell(bool runs) const {
+void DeadManSwitch::tell(bool runs) const {
   const char word = runs ? kRuns : kRests;
   while (::write(pipe_, &word, 1) < 0 && errno == EINTR) {
   }
 }
 
-bool Farewell::isThere() const {
+bool DeadManSwitch::isThere() const {
   if (pid_ > 0 && ::waitpid(pid_, nullptr, WNOHANG) != 0) pid_ = -1;
   return pid_ > 0;
 }
 
-int runFarewell(const std::string& player) {
+int runDeadManSwitch(const std::string& player) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   char word = kRests, newest = kRests;
   for (;;) {
@@ -72,7 +72,7 @@ int runFarewell(const std::string& player) {
   }
   if (newest != kRuns) return 0;
   const std::map<std::string, std::string> none;
-  ros::init(none, "console_farewell",
+  ros::init(none, "console_dead_man_switch",
             ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
                 ros::init_options::NoRosout);
   ros::start();

@@ -11,7 +11,6 @@
 #include <string>
 #include <thread>
 
-#include "nodes/console/play_wish.hpp"
 #include "nodes/console/player_link.hpp"
 #include "replay/clock/worker_thread.hpp"
 #include "replay/motion/hold_to_run.hpp"
@@ -20,18 +19,18 @@ namespace afterglow::nodes {
 
 /// Any thread. A thread of its own looks every 20 ms whether a replay has to be stopped, and tells
 /// the player again and again until it is.
-class ReplayKeeper {
+class RunningReplay {
  public:
   static constexpr std::chrono::seconds kHoldPatience{30};  ///< for the first POST /api/hold
 
   struct Surroundings {
     /// Whether a page of this session listens to events.
     std::function<bool(const std::string& session)> is_listening;
-    /// Before a goal goes out, and after it has ended: who stops it if this process dies.
-    std::function<void(bool runs)> tell_farewell;
+    /// Called before a goal goes out, and after it has ended: dead_man_switch.hpp.
+    std::function<void(bool runs)> tell_dead_man_switch;
   };
   struct Start {
-    PlayWish wish;
+    PlayRequest request;
     std::string session;
     bool moves = false;
     bool is_held = false;         ///< goes out when the button is held, ends with that
@@ -44,23 +43,23 @@ class ReplayKeeper {
     std::string last;  ///< how the last one ended
     std::uint64_t reports = 0;  ///< how many there have been
   };
-  /// Of a replay that has ended.
+  /// The report of a replay that has ended.
   struct Report {
     std::int64_t behavior = 0;
     std::string ended;  ///< in words
     std::string json;   ///< of the player (keys: replay/play/play_report.hpp)
   };
 
-  ReplayKeeper(PlayerLink& player, Surroundings surroundings);
+  RunningReplay(PlayerLink& player, Surroundings surroundings);
   /// As close().
-  ~ReplayKeeper();
+  ~RunningReplay();
   /// Stops what runs, and waits for its end for up to 2 s; from then on nothing is started.
   void close();
 
   /// Waits until the player has begun or refused, up to 3 s. Throws HttpError 409 with its words.
   void start(const Start& start);
-  /// The page's button is pressed, which a page says again and again (hold_to_run.hpp). Whether it
-  /// holds a replay.
+  /// The page's button is pressed, which a page says again and again (hold_to_run.hpp). Returns
+  /// whether that holds a replay.
   bool beat(const std::string& session);
   /// Whatever is replayed, by whomever it was started. False: the player does not hear it.
   bool stop(const std::string& reason);

@@ -1,5 +1,5 @@
 /// \file
-/// What a behavior holds, topic by topic, over its time.
+/// The messages of a behavior over its time, topic by topic, and its goals.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,20 @@
 #include <string>
 #include <vector>
 
-#include "nodes/console/goal_spans.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
+
+/// A goal of an action, from being sent to its result.
+struct GoalSpan {
+  std::string topic;         ///< of the goal
+  double from = 0;           ///< seconds since the behavior's begin
+  std::optional<double> to;  ///< empty: no result was recorded
+  std::string outcome;       ///< "succeeded", "aborted" ...; empty without a result
+  std::string remark;        ///< what its server said, one line
+  std::string within;        ///< the action of a longer goal around it, which may have sent it
+  int number = 1;            ///< counted from 1 on its topic
+};
 
 struct TopicLane {
   std::string topic, type;
@@ -30,5 +40,9 @@ constexpr std::size_t kMostMarks = 400;
 /// Own topics first, then the context's. Reads a bounded number of messages, however many there
 /// are: of topics with many the first after each of 100 moments. Throws replay::StoreError.
 std::vector<TopicLane> topicLanes(const replay::Store& store, const replay::Behavior& behavior);
+
+/// Returns the name of an action by the topic of its goals:
+/// "arm_controller/follow_joint_trajectory".
+std::string actionName(const std::string& goal_topic);
 
 }  // namespace afterglow::nodes

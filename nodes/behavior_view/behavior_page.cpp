@@ -1,9 +1,11 @@
-#include "nodes/console/behavior_page.hpp"
+#include "nodes/behavior_view/behavior_page.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 
 #include "nodes/pages/page.hpp"
 #include "nodes/pages/time_plot.hpp"
@@ -101,41 +103,57 @@ PageData factsOf(const BehaviorDetail& detail, double duration) {
   add("Place in the tree", behavior.tree_path);
   add("Attempt", behavior.attempt > 1 ? std::to_string(behavior.attempt) : "");
   add("Tags", fmt::format("{}", fmt::join(behavior.tags, ", ")));
-  add("Messages", std::to_string(detail.one->messages));
+  add("Messages", std::to_string(detail.summary->messages));
   return facts;
+}
+
+/// Shows the projector's image and the room at the key moments.
+PageData imagesOf(const BehaviorDetail& detail, const DrawMoment& draw) {
+  PageData images = PageData::array();
+  if (!draw) return images;
+  constexpr std::pair<PictureView, const char*> kViews[] = {
+      {PictureView::Projector, "the projector's picture"}, {PictureView::Bystander, "the room"}};
+  for (const auto& [view, words] : kViews) {
+    try {
+      for (const double t : detail.story.key_moments) {
+        const MomentJpeg drawn = draw(view, t);
+        // The first of a moment's two pictures tells the reasons.
+        const bool is_telling = view == PictureView::Projector;
+        images.push_back({{"uri", dataUri("image/jpeg", drawn.jpeg)},
+                          {"words", fmt::format("{} at {:.1f} s", words, t)},
+                          {"dark", is_telling ? drawn.dark : std::vector<std::string>()}});
+      }
+    } catch (const std::runtime_error&) {  // the others cannot be drawn, either
+    }
+  }
+  return images;
 }
 
 }  // namespace
 
-std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images,
+std::string behaviorPage(const BehaviorDetail& detail, const DrawMoment& draw,
                          const std::string& film) {
   const replay::Behavior& behavior = detail.behavior;
-  const double duration = static_cast<double>(detail.one->end.ns - behavior.begin.ns) * 1e-9;
+  const double duration = static_cast<double>(detail.summary->end.ns - behavior.begin.ns) * 1e-9;
   const std::string title = behavior.name + " (" + std::to_string(behavior.id) + ")";
   PageData data = {{"page_title", title},
                    {"title", title},
-                   {"under", "recorded " + replay::timeText(behavior.wall_begin.ns != 0
-                                                                ? behavior.wall_begin
-                                                                : behavior.begin)},
+                   {"under", "recorded " + replay::timeText(wallBegin(behavior))},
                    {"tells_version", true},
                    {"facts", factsOf(detail, duration)},
                    {"story", PageData::array()},
-                   {"images", PageData::array()},
+                   {"images", imagesOf(detail, draw)},
                    {"film", nullptr},
-                   {"notes", detail.one->notes},
+                   {"notes", detail.summary->notes},
                    {"lanes", timeline(detail, duration)}};
   for (const StoryEntry& entry : detail.story.entries) {
     data["story"].push_back(
         {{"t", entry.t}, {"clock", entry.clock}, {"text", entry.text}, {"is_bad", entry.is_bad}});
   }
-  for (const MomentImage& image : images) {
-    data["images"].push_back({{"uri", dataUri("image/jpeg", image.jpeg)},
-                              {"words", fmt::format("{} at {:.1f} s", image.view, image.t)},
-                              {"dark", image.dark}});
-  }
   if (!film.empty()) {
-    data["film"] = {{"uri", dataUri("video/mp4", film)},
-                    {"track", dataUri("text/vtt", textTrack(detail.one->said, behavior.begin))}};
+    data["film"] = {
+        {"uri", dataUri("video/mp4", film)},
+        {"track", dataUri("text/vtt", textTrack(detail.summary->said, behavior.begin))}};
   }
   return makePage("behavior.html", std::move(data));
 }

@@ -1,4 +1,4 @@
-#include "nodes/console/replay_keeper.hpp"
+#include "nodes/console/running_replay.hpp"
 
 #include <utility>
 
@@ -17,12 +17,12 @@ constexpr milliseconds kBeginPatience{3000}, kEndPatience{2000};
 
 }  // namespace
 
-ReplayKeeper::ReplayKeeper(PlayerLink& player, Surroundings surroundings)
+RunningReplay::RunningReplay(PlayerLink& player, Surroundings surroundings)
     : player_(player), surroundings_(std::move(surroundings)), thread_([this] { run(); }) {}
 
-ReplayKeeper::~ReplayKeeper() { close(); }
+RunningReplay::~RunningReplay() { close(); }
 
-void ReplayKeeper::close() {
+void RunningReplay::close() {
   if (!thread_.joinable()) return;
   {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -37,7 +37,7 @@ void ReplayKeeper::close() {
 
 // ------------------------------------------------------------------------------ what is asked for
 
-void ReplayKeeper::start(const Start& start) {
+void RunningReplay::start(const Start& start) {
   const auto status = player_.status();
   if (!status) throw HttpError(503, player_.player() + " is not there");
   if (start.moves && !surroundings_.is_listening(start.session)) {
@@ -68,13 +68,13 @@ void ReplayKeeper::start(const Start& start) {
 }
 
 /// With the lock held.
-void ReplayKeeper::send() {
-  surroundings_.tell_farewell(true);
+void RunningReplay::send() {
+  surroundings_.tell_dead_man_switch(true);
   current_->is_sent = true;
-  player_.send(current_->goal, current_->start.wish.behavior, current_->start.wish.options());
+  player_.send(current_->goal, current_->start.request);
 }
 
-bool ReplayKeeper::beat(const std::string& session) {
+bool RunningReplay::beat(const std::string& session) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const bool holds = current_ && current_->reason.empty() && current_->start.is_held &&
                      current_->start.session == session;
@@ -85,7 +85,7 @@ bool ReplayKeeper::beat(const std::string& session) {
   return true;
 }
 
-bool ReplayKeeper::stop(const std::string& reason) {
+bool RunningReplay::stop(const std::string& reason) {
   bool is_heard = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -109,19 +109,19 @@ bool ReplayKeeper::stop(const std::string& reason) {
   return is_heard;
 }
 
-std::uint64_t ReplayKeeper::stopCount() const {
+std::uint64_t RunningReplay::stopCount() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return stops_;
 }
 
-void ReplayKeeper::needOurs() const {
+void RunningReplay::needOurs() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!current_ || !current_->is_sent) {
     throw HttpError(409, "no replay that was started here is under way");
   }
 }
 
-ReplayKeeper::Shown ReplayKeeper::shown() const {
+RunningReplay::Shown RunningReplay::shown() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   Shown shown;
   shown.last = last_;
@@ -131,18 +131,18 @@ ReplayKeeper::Shown ReplayKeeper::shown() const {
   shown.waits_for_hold = !current_->is_sent;
   shown.is_stopping = !current_->reason.empty();
   shown.moves = current_->start.moves;
-  shown.behavior = current_->start.wish.behavior;
+  shown.behavior = current_->start.request.behavior;
   return shown;
 }
 
-std::optional<ReplayKeeper::Report> ReplayKeeper::report() const {
+std::optional<RunningReplay::Report> RunningReplay::report() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return report_;
 }
 
 // -------------------------------------------------------------------------------- what is watched
 
-void ReplayKeeper::run() {
+void RunningReplay::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (!is_ending_) {
     tick(steady_clock::now());
@@ -151,14 +151,14 @@ void ReplayKeeper::run() {
 }
 
 /// With the lock held.
-void ReplayKeeper::tick(Time now) {
+void RunningReplay::tick(Time now) {
   if (!current_) return;
   const PlayerLink::Course course = player_.course(current_->goal);
   if (course.is_ended) {
     const std::string why = current_->reason.empty() ? course.words : current_->reason;
     const std::string words = course.is_completed ? "completed" : why;
     if (!course.report.empty()) {
-      report_ = Report{current_->start.wish.behavior, words, course.report};
+      report_ = Report{current_->start.request.behavior, words, course.report};
       ++reports_;
     }
     return end(words);
@@ -173,7 +173,7 @@ void ReplayKeeper::tick(Time now) {
 }
 
 /// With the lock held.
-std::string ReplayKeeper::whyStop(Time now) const {
+std::string RunningReplay::whyStop(Time now) const {
   const Start& start = current_->start;
   if (start.is_held && current_->is_sent && !current_->hold.isHeld(replay::sinceBoot())) {
     return "the button was released";
@@ -186,9 +186,9 @@ std::string ReplayKeeper::whyStop(Time now) const {
 }
 
 /// With the lock held.
-void ReplayKeeper::end(const std::string& words) {
+void RunningReplay::end(const std::string& words) {
   last_ = words;
-  if (current_->is_sent) surroundings_.tell_farewell(false);
+  if (current_->is_sent) surroundings_.tell_dead_man_switch(false);
   current_.reset();
   changed_.notify_all();
 }

@@ -1,4 +1,4 @@
-#include "nodes/verbs/observed_pictures.hpp"
+#include "nodes/behavior_view/observed_pictures.hpp"
 
 #include <fmt/format.h>
 
@@ -198,17 +198,11 @@ Shot ObservedPictures::shoot(replay::Stamp moment, const SceneSnapshot& snapshot
   return shot;
 }
 
-render::Image ObservedPictures::see(replay::Stamp moment, const SceneSnapshot& snapshot,
-                                    render::Image projected) {
-  return seeAt(width(), moment, snapshot, std::move(projected));
-}
-
 render::Image ObservedPictures::seeAt(int width, replay::Stamp moment,
                                       const SceneSnapshot& snapshot, render::Image projected) {
-  const int height = std::max(1, width * room_view_.height / room_view_.width);
   const Shot shot = shoot(moment, snapshot, std::move(projected));
   return renderer_.render(shot.solids, shot.light ? &*shot.light : nullptr,
-                          viewFrom(shot.look, width, height));
+                          viewFrom(shot.look, width, heightOf(width)));
 }
 
 render::Image ObservedPictures::seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,

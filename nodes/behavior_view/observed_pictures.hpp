@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,12 +42,16 @@ class ObservedPictures {
 
   int width() const { return room_view_.width; }
   int height() const { return room_view_.height; }
-  /// `projected` is what `snapshot` looks like through the lens. Moments must not decrease.
-  render::Image see(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
-  /// The same, so many pixels wide, in another size than the room's.
+  /// The height of a picture so many pixels wide.
+  int heightOf(int width) const {
+    return std::max(1, width * room_view_.height / room_view_.width);
+  }
+  /// Draws the room so many pixels wide. `projected` is the image of `snapshot` through the lens.
+  /// Moments must not decrease.
   render::Image seeAt(int width, replay::Stamp moment, const SceneSnapshot& snapshot,
                       render::Image projected);
-  /// The same as a film shows it: stripHeight() higher, the projector's image in a corner.
+  /// Draws the room in its own size as a film shows it: stripHeight() higher, the projector's image
+  /// in a corner.
   render::Image seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
                           render::Image projected, const Caption& caption,
                           CaptionPainter& painter);

@@ -1,14 +1,15 @@
-#include "nodes/console/behavior_story.hpp"
+#include "nodes/behavior_view/behavior_story.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <ctime>
+#include <utility>
 
 #include "replay/messages/foreign_json.hpp"
 #include "replay/query/outcome.hpp"
+#include "replay/query/time_text.hpp"
+#include "replay/store/behavior_edit.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t kMostKeyMoments = 6;
 constexpr std::size_t kLongestValue = 60;  // bytes
 constexpr double kAfterWords_s = 0.5;      // what is said goes with what is shown then
+constexpr std::size_t kMostPaired = 300;
 
 double secondsInto(const replay::Behavior& behavior, replay::Stamp stamp) {
   return static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9;
@@ -50,7 +52,7 @@ StoryEntry entry(double t, const std::string& kind, const std::string& text,
   return made;
 }
 
-StoryEntry beginOf(const replay::Behavior& behavior) {
+StoryEntry beginEntry(const replay::Behavior& behavior) {
   std::string text = "began " + behavior.name;
   if (behavior.attempt > 1) text += fmt::format(", attempt {}", behavior.attempt);
   const std::string words = parameterWords(behavior.parameters);
@@ -58,7 +60,7 @@ StoryEntry beginOf(const replay::Behavior& behavior) {
   return entry(0, "began", text, text);
 }
 
-StoryEntry endOf(const IndexedBehavior& one) {
+StoryEntry endEntry(const BehaviorSummary& one) {
   const double t = secondsInto(one.behavior, one.end);
   if (!one.behavior.end) return entry(t, "ended", "has no end: it runs, or was cut off", "no end");
   const std::string outcome = one.behavior.outcome.empty() ? "ended" : one.behavior.outcome;
@@ -82,7 +84,7 @@ StoryEntry goalEntry(const GoalSpan& span) {
   return made;
 }
 
-StoryEntry childEntry(const replay::Behavior& behavior, const IndexedBehavior& child) {
+StoryEntry childEntry(const replay::Behavior& behavior, const BehaviorSummary& child) {
   const double t = secondsInto(behavior, child.behavior.begin);
   const std::string& told = child.behavior.outcome;
   const std::string outcome = told.empty() ? "no outcome" : told;
@@ -121,21 +123,8 @@ std::vector<double> keyMoments(const std::vector<StoryEntry>& entries, double du
   return moments;
 }
 
-}  // namespace
-
-std::string clockText(const replay::Behavior& behavior, double t) {
-  const std::int64_t begin =
-      behavior.wall_begin.ns != 0 ? behavior.wall_begin.ns : behavior.begin.ns;
-  const std::time_t seconds = (begin + static_cast<std::int64_t>(t * 1e9)) / 1'000'000'000;
-  std::tm time{};
-  localtime_r(&seconds, &time);
-  std::array<char, 16> text{};
-  std::strftime(text.data(), text.size(), "%H:%M:%S", &time);
-  return text.data();
-}
-
-ToldStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& lanes,
-                        const IndexedBehaviors& children) {
+ToldStory tellStory(const BehaviorSummary& one, const std::vector<TopicLane>& lanes,
+                    const BehaviorSummaries& children) {
   ToldStory story;
   auto& entries = story.entries;
   for (const replay::Utterance& sentence : one.said) {
@@ -148,14 +137,95 @@ ToldStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& la
   for (const auto& child : children) entries.push_back(childEntry(one.behavior, *child));
   std::stable_sort(entries.begin(), entries.end(),
                    [](const StoryEntry& a, const StoryEntry& b) { return a.t < b.t; });
-  entries.insert(entries.begin(), beginOf(one.behavior));
-  entries.push_back(endOf(one));
+  entries.insert(entries.begin(), beginEntry(one.behavior));
+  entries.push_back(endEntry(one));
   for (const std::string& remark : one.behavior.remarks) {
     entries.push_back(entry(entries.back().t, "remark", remark, remark));
   }
-  for (StoryEntry& made : entries) made.clock = clockText(one.behavior, made.t);
+  const std::int64_t begin_ns = wallBegin(one.behavior).ns;
+  for (StoryEntry& made : entries) {
+    made.clock = replay::timeParts({begin_ns + static_cast<std::int64_t>(made.t * 1e9)}).clock;
+  }
   story.key_moments = keyMoments(entries, secondsInto(one.behavior, one.end));
   return story;
+}
+
+}  // namespace
+
+replay::Stamp wallBegin(const replay::Behavior& behavior) {
+  return behavior.wall_begin.ns != 0 ? behavior.wall_begin : behavior.begin;
+}
+
+BehaviorSummary summaryOf(const replay::Behavior& behavior) {
+  BehaviorSummary summary;
+  summary.behavior = behavior;
+  summary.notes = replay::notesOf(behavior);
+  summary.behavior.snapshot.clear();
+  summary.behavior.calibration.clear();
+  summary.end = behavior.end.value_or(behavior.begin);
+  return summary;
+}
+
+void addMessages(const replay::Store& store, BehaviorSummary& summary) {
+  summary.messages = 0;
+  for (const replay::TopicSummary& topic : store.topics(summary.behavior)) {
+    summary.messages += topic.count;
+    if (!summary.behavior.end) summary.end = std::max(summary.end, topic.last);
+  }
+  summary.said = replay::sentencesIn(store, summary.behavior);
+}
+
+bool isAttemptOf(const replay::Behavior& other, const replay::Behavior& behavior) {
+  return other.name == behavior.name && other.tree_path == behavior.tree_path &&
+         other.parent == behavior.parent && other.recording == behavior.recording &&
+         other.id != behavior.id && (other.attempt > 1 || behavior.attempt > 1);
+}
+
+void addStory(const replay::Store& store, BehaviorDetail& detail) {
+  detail.lanes = topicLanes(store, detail.behavior);
+  detail.story = tellStory(*detail.summary, detail.lanes, detail.children);
+}
+
+BehaviorDetail readDetail(const replay::Store& store, const replay::Behavior& behavior) {
+  const auto summarized = [&](const replay::Behavior& one) {
+    auto summary = std::make_shared<BehaviorSummary>(summaryOf(one));
+    addMessages(store, *summary);
+    return summary;
+  };
+  BehaviorDetail detail;
+  detail.summary = summarized(behavior);
+  detail.behavior = behavior;
+  for (const replay::Behavior& other : store.behaviors({})) {
+    if (other.parent == behavior.id) detail.children.push_back(summarized(other));
+  }
+  addStory(store, detail);
+  return detail;
+}
+
+std::vector<StoryPair> pairStories(const std::vector<StoryEntry>& a,
+                                   const std::vector<StoryEntry>& b) {
+  const std::size_t rows = std::min(a.size(), kMostPaired);
+  const std::size_t columns = std::min(b.size(), kMostPaired);
+  // How many pairs there are at most from [i][j] on.
+  std::vector<std::vector<int>> most(rows + 1, std::vector<int>(columns + 1, 0));
+  for (std::size_t i = rows; i-- > 0;) {
+    for (std::size_t j = columns; j-- > 0;) {
+      most[i][j] = a[i].subject == b[j].subject ? most[i + 1][j + 1] + 1
+                                                : std::max(most[i + 1][j], most[i][j + 1]);
+    }
+  }
+  std::vector<StoryPair> pairs;
+  std::size_t i = 0, j = 0;
+  while (i < rows || j < columns) {
+    if (i < rows && j < columns && a[i].subject == b[j].subject) {
+      pairs.push_back({i++, j++});
+    } else if (j >= columns || (i < rows && most[i + 1][j] >= most[i][j + 1])) {
+      pairs.push_back({i++, std::nullopt});
+    } else {
+      pairs.push_back({std::nullopt, j++});
+    }
+  }
+  return pairs;
 }
 
 }  // namespace afterglow::nodes

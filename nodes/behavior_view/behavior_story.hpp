@@ -1,0 +1,78 @@
+/// \file
+/// A recorded behavior for people: its summary, and its story in words, made from what was
+/// recorded.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/behavior_view/topic_lanes.hpp"
+#include "replay/ask/said.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// Returns the begin as people saw it: ROS time may be a simulation's.
+replay::Stamp wallBegin(const replay::Behavior& behavior);
+
+struct BehaviorSummary {
+  replay::Behavior behavior;  ///< without calibration and snapshot
+  std::vector<std::string> notes;
+  std::uint64_t messages = 0;  ///< on its own topics
+  replay::Stamp end;           ///< without an end: the last message
+  std::vector<replay::Utterance> said;
+};
+
+/// Returns the part of a summary that needs no messages.
+BehaviorSummary summaryOf(const replay::Behavior& behavior);
+/// Adds the part that messages tell. Throws replay::StoreError.
+void addMessages(const replay::Store& store, BehaviorSummary& summary);
+
+/// Shared with the console's index, which replaces them when they change.
+using BehaviorSummaries = std::vector<std::shared_ptr<const BehaviorSummary>>;
+
+struct StoryEntry {
+  double t = 0;               ///< seconds since the behavior's begin
+  std::string clock;          ///< "12:03:20", local time
+  std::string kind;           ///< "began", "said", "goal", "child", "ended", "remark"
+  std::string text;           ///< one sentence
+  std::string subject;        ///< the text without times and numbers: what two stories share
+  std::int64_t behavior = 0;  ///< of a child
+  bool is_bad = false;        ///< a failure
+};
+
+struct ToldStory {
+  std::vector<StoryEntry> entries;  ///< in their order
+  std::vector<double> key_moments;  ///< at most 6, which pictures should show
+};
+
+/// All that a page shows of one behavior.
+struct BehaviorDetail {
+  std::shared_ptr<const BehaviorSummary> summary;
+  replay::Behavior behavior;  ///< whole
+  std::vector<TopicLane> lanes;
+  ToldStory story;
+  BehaviorSummaries children;  ///< newest first
+  BehaviorSummaries attempts;  ///< others of this name and tree path under the same parent
+};
+
+bool isAttemptOf(const replay::Behavior& other, const replay::Behavior& behavior);
+/// Adds lanes and story to the behavior, its summary and its children. Throws replay::StoreError.
+void addStory(const replay::Store& store, BehaviorDetail& detail);
+/// Reads a behavior with its children from the store alone. Throws replay::StoreError.
+BehaviorDetail readDetail(const replay::Store& store, const replay::Behavior& behavior);
+
+/// One line of two stories side by side; empty: that story has nothing like it.
+struct StoryPair {
+  std::optional<std::size_t> a, b;  ///< indexes into the two stories
+};
+
+/// Pairs by the longest sequence of subjects that both have (LCS), of each story at most 300
+/// entries.
+std::vector<StoryPair> pairStories(const std::vector<StoryEntry>& a,
+                                   const std::vector<StoryEntry>& b);
+
+}  // namespace afterglow::nodes

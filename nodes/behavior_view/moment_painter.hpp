@@ -1,0 +1,106 @@
+/// \file
+/// Pictures of a recorded behavior's moments, for `afterglow render`, for pages and for the
+/// console.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "nodes/behavior_view/behavior_page.hpp"
+#include "nodes/behavior_view/observed_pictures.hpp"
+#include "nodes/projector/projector_config.hpp"
+#include "nodes/projector/recorded_scene.hpp"
+#include "render/compose/light_census.hpp"
+#include "render/gl/gl_context.hpp"
+#include "render/projector_renderer.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// Files and names on a command line, or in a node's parameters.
+struct PictureOptions {
+  std::string config, calibration, projector;
+  ObserverOptions observer;
+};
+
+/// --config, --calibration, --projector and the options of the room.
+void addPictureOptions(CLI::App& verb, PictureOptions& options);
+
+/// The light and the place of a bystander's eyes.
+struct PictureSettings {
+  ProjectorConfig config;  ///< of one projector
+  calib::Lens lens;        ///< of its camera_info
+  std::string remark;      ///< on the lens's file, or empty
+  ObserverOptions observer;
+};
+
+/// Reads the configuration and chooses its projector by name, or its only one. Throws
+/// std::runtime_error, one line.
+PictureSettings readPictureSettings(const PictureOptions& options);
+
+/// Returns the same lens as if its picture was so many pixels wide.
+calib::Lens lensOfWidth(const calib::Lens& lens, int width);
+
+/// Draws one behavior in one view, moment by moment: going on is faster than going back, which
+/// begins again. The store has to outlive it; the thread of `context`.
+class MomentPainter {
+ public:
+  /// `width`: pixels; 0: as many as the projector's image, or the room's, has. Throws
+  /// replay::StoreError, and std::runtime_error where it cannot be drawn.
+  MomentPainter(render::GlContext& context, const replay::Store& store,
+                const replay::Behavior& behavior, const PictureSettings& settings, PictureView view,
+                int width = 0);
+
+  const replay::Behavior& behavior() const { return behavior_; }
+  replay::Stamp begin() const { return behavior_.begin; }
+  /// The last moment of the behavior.
+  replay::Stamp last() const { return last_; }
+  // Of picture().
+  int width() const;
+  int height() const;
+
+  /// Throws as RecordedScene::at().
+  void moveTo(replay::Stamp moment);
+  /// Moves so many seconds into the behavior, or to its begin or end where it has no such moment.
+  void moveTo(double t);
+
+  // At this moment:
+  /// Whether the projector is known and some layer has content, in its image or beside it.
+  bool hasContent() const;
+  /// Whether the projector's image has any light.
+  bool isLit() { return render::isLit(lensImage()); }
+  /// Returns a line for each thing that is not shown, with the reason (RecordedScene::whyDark).
+  std::vector<std::string> whyDark(bool is_lit);
+  /// The image as it is sent to the projector.
+  render::Image projected();
+  /// The image as the view has it: projected(), or the room that it lights.
+  render::Image picture();
+  /// The room as a film shows it. Needs the view of a bystander.
+  render::Image filmed(const Caption& caption, CaptionPainter& painter);
+  /// picture() as JPEG, with the reasons of what is dark.
+  MomentJpeg jpeg();
+
+ private:
+  void restart();
+  const render::Image& lensImage();
+
+  const replay::Store& store_;
+  const replay::Behavior behavior_;
+  const PictureSettings settings_;
+  const int width_;
+  const calib::Lens lens_;
+  const replay::Stamp last_;
+  const render::LightOutput light_;
+  render::ProjectorRenderer renderer_;
+  render::LightCensus census_;  ///< by the lens itself, however small the picture
+  std::optional<RecordedScene> scene_;
+  std::optional<ObservedPictures> observed_;
+  replay::Stamp now_;  ///< where moveTo() went last
+  SceneSnapshot snapshot_;
+  std::optional<render::Image> image_;  ///< through the lens, once it is drawn
+};
+
+}  // namespace afterglow::nodes
