@@ -93,7 +93,7 @@ std::string topicsJson(const replay::PlayPlan& plan) {
     topics.push_back({{"topic", name.empty() ? topic.channel.topic : name},
                       {"type", topic.channel.type},
                       {"published", topic.isPlayed()},
-                      {"reason", topic.reason()}});
+                      {"reason", reasonOf(topic)}});
   }
   return topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -143,6 +143,11 @@ replay::ReplayPlace ReplayRequest::place() const {
   return everything || is_away ? replay::ReplayPlace::Elsewhere : replay::ReplayPlace::Robot;
 }
 
+std::string reasonOf(const replay::PlannedTopic& topic) {
+  const bool is_all = topic.isPlayed() || topic.why_not == topic.why_class;
+  return is_all ? topic.why_class : topic.why_not + " (" + topic.why_class + ")";
+}
+
 void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request) {
   if (!plan.playedTopics().empty()) return;
   const std::string left_out = plan.leftOutText();

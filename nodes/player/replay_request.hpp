@@ -51,6 +51,9 @@ ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request);
 /// has no place if there is nothing else.
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request);
 
+/// Returns why a topic is played or not, with the reason for its class where that is another one.
+std::string reasonOf(const replay::PlannedTopic& topic);
+
 /// Throws std::runtime_error, one line, if the plan publishes nothing.
 void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request);
 

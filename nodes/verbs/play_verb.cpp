@@ -57,7 +57,7 @@ void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& ancho
     table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
                std::to_string(topic.count), std::string(name(topic.topic_class)),
                topic.isPlayed() ? std::string(name(topic.modality)) : "-",
-               (topic.isPlayed() ? "" : "not played: ") + topic.reason()});
+               (topic.isPlayed() ? "" : "not played: ") + reasonOf(topic)});
     if (topic.isPlayed()) {
       if (const std::string text = rewritesOf(topic, anchors); !text.empty()) {
         table.add({"", "", "", "", "rewritten: " + text});

@@ -398,11 +398,6 @@ void choosePart(PlayPlan& plan, const PlanOptions& options) {
 
 }  // namespace
 
-std::string PlannedTopic::reason() const {
-  const bool is_all = isPlayed() || why_not == why_class;
-  return is_all ? why_class : why_not + " (" + why_class + ")";
-}
-
 std::vector<std::string> PlayPlan::playedTopics() const {
   std::vector<std::string> names;
   for (const PlannedTopic& topic : topics) {

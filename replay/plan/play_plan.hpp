@@ -41,8 +41,6 @@ struct PlannedTopic {
   MotionStop rule_stop;  ///< stop that a rule names; stopOf() knows the others
 
   bool isPlayed() const { return why_not.empty(); }
-  /// Returns why it is played or not, with the reason for its class where that is another one.
-  std::string reason() const;
   bool movesBody() const { return isPlayed() && modality == Modality::Body; }
   bool isNamed() const { return named_by >= NamedBy::Owner; }
   /// The name that tells what it is.
