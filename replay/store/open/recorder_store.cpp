@@ -186,11 +186,18 @@ bool RecorderStore::runsStill(std::int64_t parent) const {
   return behavior && isOpen(*behavior);
 }
 
+/// Returns true if the server has this parent, or will never have it.
+bool RecorderStore::isSettled(std::int64_t parent) const {
+  if (parent == 0 || !reader_->behavior(parent)) return true;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return sent_.count(parent) > 0 || refused_.count(parent) > 0;
+}
+
 void RecorderStore::send(const Behavior& behavior) {
   SyncTerms terms;
   terms.is_sending = true;
   terms.leaves_out_refused = failures_[behavior.id] + 1 >= kAttempts;
-  const bool has_parent = !runsStill(behavior.parent);
+  const bool has_parent = isSettled(behavior.parent);
   Store& there = server();  // throws while it cannot be opened, which is no behavior's fault
   SyncReport report;
   try {

@@ -85,6 +85,7 @@ class RecorderStore {
   void keep(std::int64_t id, const std::string& why);
   bool isStopped() const;
   bool runsStill(std::int64_t parent) const;
+  bool isSettled(std::int64_t parent) const;
   Store& server();
 
   const std::string uri_;
