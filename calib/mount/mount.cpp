@@ -10,7 +10,6 @@
 
 #include "calib/yaml_text.hpp"
 
-
 namespace afterglow::calib {
 namespace {
 

@@ -4,7 +4,6 @@
 
 #include "calib/yaml_text.hpp"
 
-
 namespace afterglow::calib {
 
 const ParameterName kParameterNames[kCalibrationParameters] = {
@@ -78,8 +77,9 @@ std::string projectorYaml(const Lens& projector, const std::string& name) {
   Eigen::Matrix<double, 3, 4> P = Eigen::Matrix<double, 3, 4>::Zero();
   P.leftCols<3>() = projector.K;
   return "image_width: " + std::to_string(projector.width) +
-         "\nimage_height: " + std::to_string(projector.height) + "\ncamera_name: " + yamlText(name) +
-         "\n" + matrixBlock("camera_matrix", 3, 3, yamlNumbers(projector.K)) +
+         "\nimage_height: " + std::to_string(projector.height) +
+         "\ncamera_name: " + yamlText(name) + "\n" +
+         matrixBlock("camera_matrix", 3, 3, yamlNumbers(projector.K)) +
          "distortion_model: " + distortionModel(projector) + "\n" +
          matrixBlock("distortion_coefficients", 1, static_cast<int>(count),
                      terms(projector, count)) +

@@ -55,9 +55,7 @@ Boundary boundary(const JointKnot& knot, std::size_t joint) {
 
 }  // namespace
 
-double turnBetween(double from, double to) {
-  return replay::wrapAngle(to - from);
-}
+double turnBetween(double from, double to) { return replay::wrapAngle(to - from); }
 
 JointPath::JointPath(std::vector<JointKnot> knots, const std::vector<Joint>& joints)
     : knots_(std::move(knots)) {

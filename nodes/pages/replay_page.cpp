@@ -355,16 +355,16 @@ PageData base(const PlayReport& report) {
   if (!report.base->driven) return data;
   const replay::BaseDriveReport& driven = *report.base->driven;
   const replay::DriveSummary summary = summaryOf(driven);
-  data["driven"] = {
-      {"length_m", driven.length},
-      {"frame", driven.frame},
-      {"drives", replay::counted(driven.drives.size(), "drive")},
-      {"largest_m", summary.largest_distance},
-      {"corrections", replay::counted(static_cast<std::uint64_t>(summary.corrections), "correction")},
-      {"drift_m", summary.drift_distance},
-      {"drift_deg", summary.drift_turn * kDegreesPerRadian},
-      {"delay_s", driven.delay},
-      {"lost", driven.lost}};
+  data["driven"] = {{"length_m", driven.length},
+                    {"frame", driven.frame},
+                    {"drives", replay::counted(driven.drives.size(), "drive")},
+                    {"largest_m", summary.largest_distance},
+                    {"corrections", replay::counted(static_cast<std::uint64_t>(summary.corrections),
+                                                    "correction")},
+                    {"drift_m", summary.drift_distance},
+                    {"drift_deg", summary.drift_turn * kDegreesPerRadian},
+                    {"delay_s", driven.delay},
+                    {"lost", driven.lost}};
   return data;
 }
 

@@ -76,8 +76,6 @@ replay::Clock& ReplayTime::clock() {
   return followed_ ? static_cast<replay::Clock&>(*followed_) : *own_;
 }
 
-replay::Stamp ReplayTime::now() const {
-  return followed_ ? followed_->time() : rosStampNow();
-}
+replay::Stamp ReplayTime::now() const { return followed_ ? followed_->time() : rosStampNow(); }
 
 }  // namespace afterglow::nodes

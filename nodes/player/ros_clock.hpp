@@ -74,9 +74,7 @@ class ReplayTime {
   /// ROS time.
   replay::Stamp now() const;
   /// False while a clock that is followed has not shown any time.
-  bool hasBegun() const {
-    return (!followed_ || followed_->hasTicked()) && ros::Time::isValid();
-  }
+  bool hasBegun() const { return (!followed_ || followed_->hasTicked()) && ros::Time::isValid(); }
   /// The name of a clock that is followed though nobody asked for it, for the report; empty: there
   /// is none.
   const std::string& note() const { return note_; }

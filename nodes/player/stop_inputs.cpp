@@ -18,9 +18,9 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kFirstWord = 2.0;     // s, for a latched word
-constexpr double kPeriodPatience = 0.6;        // s, in which a topic of 10 Hz shows its period
-constexpr double kSilenceLook = 0.02;         // s, for silence
+constexpr double kFirstWord = 2.0;          // s, for a latched word
+constexpr double kPeriodPatience = 0.6;     // s, in which a topic of 10 Hz shows its period
+constexpr double kSilenceLook = 0.02;       // s, for silence
 constexpr double kPublisherPatience = 1.0;  // s, for a node to answer
 constexpr const char* kNoStop = "none";
 
@@ -61,8 +61,7 @@ EmergencyStop::EmergencyStop(const EmergencyStopOptions& options,
       field_(options.field, options.stops_when),
       silence_(boundsOf(options.longest_silence_s)),
       living_([this](const std::string& node) {
-        stop("the publisher of the emergency stop is gone: " + node + " (" + options_.text() +
-             ")");
+        stop("the publisher of the emergency stop is gone: " + node + " (" + options_.text() + ")");
       }) {
   subscriber_ = thread_.hear<AnyMessage>(options_.topic, 10,
                                          [this](const AnyMessage& event) { onMessage(event); });

@@ -53,10 +53,9 @@ std::vector<VelocityRoute> velocityRoutes(const RosGraph& graph, const Types& ty
                                           const std::string& topic) {
   std::vector<VelocityRoute> routes;
   for (const std::string& node : graph.otherSubscribers(topic)) {
-    const std::vector<std::string> outputs =
-        velocitiesOf(node, graph.publishers, types, topic);
-    VelocityRoute route{node, outputs.size() == 1 ? outputs.front() : "", {},
-                        selectedOf(node, graph, types)};
+    const std::vector<std::string> outputs = velocitiesOf(node, graph.publishers, types, topic);
+    VelocityRoute route{
+        node, outputs.size() == 1 ? outputs.front() : "", {}, selectedOf(node, graph, types)};
     if (route.output.empty() && route.selected.empty()) continue;
     for (const std::string& input : velocitiesOf(node, graph.subscribers, types, topic)) {
       // Its own output, in a simulator that is multiplexer and base in one.

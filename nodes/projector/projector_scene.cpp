@@ -24,9 +24,8 @@ bool UnreadMeshes::add(UnreadMesh unread) {
 }
 
 void UnreadMeshes::remove(std::size_t layer, const ContentKey& key) {
-  waiting_.remove_if([&](const UnreadMesh& unread) {
-    return unread.layer == layer && unread.key() == key;
-  });
+  waiting_.remove_if(
+      [&](const UnreadMesh& unread) { return unread.layer == layer && unread.key() == key; });
 }
 
 void UnreadMeshes::removeAll(std::size_t layer) {

@@ -38,8 +38,8 @@ void judge(const RecorderState& state, DiagnosticStatus& status) {
                      state.server->path + " for the next recorder to try again";
   } else {
     status.level = DiagnosticStatus::OK;
-    status.message = state.running == 0 ? "ready"
-                                        : "recording " + replay::counted(state.running, "behavior");
+    status.message =
+        state.running == 0 ? "ready" : "recording " + replay::counted(state.running, "behavior");
   }
 }
 

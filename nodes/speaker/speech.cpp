@@ -67,9 +67,9 @@ SpeechEngine chooseEngine(const std::string& wanted, const std::string& voice) {
   if ((is_auto || wanted == "mbrola") && !mbrolaVoice().empty()) return SpeechEngine::Mbrola;
   if (is_auto) return SpeechEngine::Espeak;
   const bool is_known = wanted == "pico" || wanted == "mbrola";
-  throw std::runtime_error("~engine is \"" + wanted + "\", " +
-                           (is_known ? "which is not installed"
-                                     : "and has to be auto, pico, mbrola or espeak"));
+  throw std::runtime_error(
+      "~engine is \"" + wanted + "\", " +
+      (is_known ? "which is not installed" : "and has to be auto, pico, mbrola or espeak"));
 }
 
 bool hasEspeakVoice(const std::string& voice) {

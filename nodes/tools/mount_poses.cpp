@@ -102,8 +102,8 @@ std::string rowsText(const Eigen::Isometry3d& T) {
 std::string turretText(const MountRecord& record) {
   std::string text = record.links.empty() ? "" : "    turret:\n";
   for (std::size_t i = 0; i < record.T_parent_link.size(); ++i) {
-    text += "      - {parent: " + calib::yamlText(record.links[i]) + ", link: " +
-            calib::yamlText(record.links[i + 1]) +
+    text += "      - {parent: " + calib::yamlText(record.links[i]) +
+            ", link: " + calib::yamlText(record.links[i + 1]) +
             ", T_parent_link: " + rowsText(record.T_parent_link[i]) + "}\n";
   }
   return text;

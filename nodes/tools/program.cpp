@@ -219,8 +219,8 @@ std::string boundedWork(double seconds, const std::function<std::string()>& work
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!is_in_time) {
-    throw std::runtime_error("no answer within " +
-                             std::to_string(std::lround(std::ceil(seconds))) + " s");
+    throw std::runtime_error("no answer within " + std::to_string(std::lround(std::ceil(seconds))) +
+                             " s");
   }
   if (WIFSIGNALED(status)) {
     throw std::runtime_error(std::string("it crashes (") + strsignal(WTERMSIG(status)) + ")");

@@ -96,7 +96,8 @@ void addListVerb(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
   CLI::App* verb = addVerb(app, "list");
   verb->add_option("--name", options->filter.name, "Only of this name");
-  verb->add_option("--outcome", options->filter.outcome, "Only with this outcome (success, failure, ...)");
+  verb->add_option("--outcome", options->filter.outcome,
+                   "Only with this outcome (success, failure, ...)");
   verb->add_option("--topic", options->filter.topic, "Only with messages on this topic");
   verb->add_option("--robot", options->filter.robot, "Only of this robot");
   verb->add_option("--tag", options->filter.tag, "Only with this tag");
@@ -110,7 +111,8 @@ void addListVerb(CLI::App& app) {
   verb->add_option("--until", options->until, "Only what began before this time");
   verb->add_option("--before", options->before,
                    "Only what began before a behavior (\"3\", \"last failed pick\") or a time");
-  CLI::Option* limit = verb->add_option("--limit", options->filter.limit, "Only so many, the newest");
+  CLI::Option* limit =
+      verb->add_option("--limit", options->filter.limit, "Only so many, the newest");
   verb->add_flag("--last", options->last, "Only the newest")->excludes(limit);
   verb->add_flag("--explain", options->explain,
                  "How they are searched for, instead: by which index, how many messages are read");

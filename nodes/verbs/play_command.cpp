@@ -26,8 +26,8 @@ constexpr const char* kOfProfile = "the robot's profile says so, where it may";
 std::string stopOf(const replay::TopicRow& row) {
   replay::MotionStop stop;
   stop.kind = row.role.stop;
-  const bool moves = stop.kind != replay::StopKind::None ||
-                     row.role.topic_class == replay::TopicClass::Endless;
+  const bool moves =
+      stop.kind != replay::StopKind::None || row.role.topic_class == replay::TopicClass::Endless;
   return moves ? describe(stop) : "";
 }
 

@@ -244,17 +244,17 @@ std::string robotLaunch(const RobotProfile& robot, const RunningRobot& running,
   std::string text = "<?xml version=\"1.0\"?>\n<launch>\n";
   text += xmlComment(headOf(robot, running));
   text += "  <arg name=\"allow_motion\" default=\"false\"/>\n";
-  const std::string calibration = words.calibration.empty() ? "$(dirname)/calibration"
-                                                            : escaped(oneLine(words.calibration));
+  const std::string calibration =
+      words.calibration.empty() ? "$(dirname)/calibration" : escaped(oneLine(words.calibration));
   text += include("projector", argument("config", "$(dirname)/projector.yaml") +
                                    argument("calibration", calibration));
   text += include("recorder", argument("store", escaped(oneLine(words.store))) +
                                   argument("robot", escaped(oneLine(robot.name))) +
                                   recorderArguments(robot, running));
-  text += include("player", argument("store", escaped(oneLine(words.store))) +
-                                argument("robot", escaped(oneLine(words.robot))) +
-                                argument("allow_motion", "$(arg allow_motion)") +
-                                playerRemarks(robot));
+  text +=
+      include("player", argument("store", escaped(oneLine(words.store))) +
+                            argument("robot", escaped(oneLine(words.robot))) +
+                            argument("allow_motion", "$(arg allow_motion)") + playerRemarks(robot));
   text += include("speaker", "");
   text += "  <!-- On the robot itself: roslaunch afterglow guard.launch -->\n</launch>\n";
   return text;

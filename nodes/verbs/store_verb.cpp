@@ -71,7 +71,8 @@ void runCheck(const StoreOptions& options) {
               << ", all is well\n";
     return;
   }
-  throw replay::StoreError("sqlite:" + path + ": " + replay::counted(check.problems.size(), "problem") +
+  throw replay::StoreError("sqlite:" + path + ": " +
+                           replay::counted(check.problems.size(), "problem") +
                            "; \"afterglow store repair\" saves what can be read");
 }
 
@@ -181,8 +182,9 @@ void printTables(const std::string& path, const replay::StoreStats& stats) {
   std::cout << "sqlite:" << path << "\n"
             << sizeText(stats.file_bytes) << ", " << sizeText(stats.free_bytes) << " of them free; "
             << replay::counted(stats.recordings, "recording") << ", "
-            << replay::counted(stats.behaviors, "behavior") << ", " << replay::counted(stats.messages, "message")
-            << ", " << replay::counted(stats.files, "file") << "\n";
+            << replay::counted(stats.behaviors, "behavior") << ", "
+            << replay::counted(stats.messages, "message") << ", "
+            << replay::counted(stats.files, "file") << "\n";
   if (stats.oldest && stats.newest) {
     std::cout << "from " << replay::timeText(*stats.oldest) << " to "
               << replay::timeText(*stats.newest) << "\n";

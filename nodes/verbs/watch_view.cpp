@@ -16,10 +16,9 @@ constexpr std::size_t kMostLines = 1000;
 
 /// Returns the figures that a recorder's message leaves out.
 std::string recorderFigures(const HeardStatus& status) {
-  std::string text = fmt::format(", {} messages/s, {:.2f} MB/s, queue {} %",
-                                 status.value("messages_per_s"),
-                                 status.number("bytes_per_s") * 1e-6,
-                                 status.value("queue_percent"));
+  std::string text =
+      fmt::format(", {} messages/s, {:.2f} MB/s, queue {} %", status.value("messages_per_s"),
+                  status.number("bytes_per_s") * 1e-6, status.value("queue_percent"));
   if (status.number("dropped") > 0) text += ", " + status.value("dropped") + " lost in all";
   if (status.number("unsent_behaviors") > 0) {
     text += ", " + status.value("unsent_behaviors") + " behaviors not sent yet";

@@ -140,11 +140,11 @@ class BagWriter : public ExportFile {
 
   /// `index_at` is 0 while the bag is not closed.
   Bytes bagHeader(std::uint64_t index_at) const {
-    const Header header = Header(BagRecord::BagHeader)
-                              .number("index_pos", index_at)
-                              .number("conn_count", static_cast<std::uint32_t>(ids_.size()))
-                              .number("chunk_count",
-                                      static_cast<std::uint32_t>(chunk_infos_.size()));
+    const Header header =
+        Header(BagRecord::BagHeader)
+            .number("index_pos", index_at)
+            .number("conn_count", static_cast<std::uint32_t>(ids_.size()))
+            .number("chunk_count", static_cast<std::uint32_t>(chunk_infos_.size()));
     return header.record(Bytes(kBagHeaderBytes - header.bytes().size(), ' '));
   }
 
@@ -197,9 +197,9 @@ class BagWriter : public ExportFile {
   std::uint64_t size_ = 0, header_at_ = 0;
   std::uint64_t unstamped_ = 0;
   Bytes chunk_;
-  std::map<std::uint32_t, Bytes> index_;  ///< entries of the chunk, by connection
-  Stamp begin_, end_;                     ///< stamps of the chunk
-  std::map<std::int64_t, std::uint32_t> ids_;  ///< connections, by the store's channel
+  std::map<std::uint32_t, Bytes> index_;          ///< entries of the chunk, by connection
+  Stamp begin_, end_;                             ///< stamps of the chunk
+  std::map<std::int64_t, std::uint32_t> ids_;     ///< connections, by the store's channel
   std::vector<Bytes> connections_, chunk_infos_;  ///< records of connections and chunks
 };
 

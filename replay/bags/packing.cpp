@@ -156,8 +156,8 @@ Bytes packLz4(const Bytes& bytes) {
   preferences.frameInfo.blockMode = LZ4F_blockIndependent;
   preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
   Bytes packed(LZ4F_compressFrameBound(bytes.size(), &preferences));
-  const std::size_t size = LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(),
-                                              bytes.size(), &preferences);
+  const std::size_t size =
+      LZ4F_compressFrame(packed.data(), packed.size(), bytes.data(), bytes.size(), &preferences);
   if (LZ4F_isError(size) != 0) {
     throw BagDamage(std::string("cannot be packed: lz4 says ") + LZ4F_getErrorName(size));
   }

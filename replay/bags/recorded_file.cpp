@@ -119,7 +119,9 @@ constexpr Kind kKinds[] = {
     {"\x89MCAP0\n", kConverted},
     {"\x1f\x8b", "is compressed by gzip; 'gunzip' unpacks it"},
     {"BZh", "is compressed by bzip2; 'bunzip2' unpacks it"},
-    {"\xfd" "7zXZ", "is compressed by xz; 'unxz' unpacks it"},
+    {"\xfd"
+     "7zXZ",
+     "is compressed by xz; 'unxz' unpacks it"},
     {"\x28\xb5\x2f\xfd", "is compressed by zstd; 'zstd -d' unpacks it"},
     {"\x04\x22\x4d\x18", "is compressed by lz4; 'lz4 -d' unpacks it"},
     {"PK\x03\x04", "is a ZIP archive; 'unzip' unpacks it"},

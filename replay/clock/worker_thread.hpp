@@ -42,8 +42,8 @@ class RepeatingThread {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// `period`: from one beginning to the next; longer work is followed by the next at once. The work
-  /// does not throw.
+  /// `period`: from one beginning to the next; longer work is followed by the next at once. The
+  /// work does not throw.
   RepeatingThread(std::chrono::nanoseconds period, std::function<void()> work);
   ~RepeatingThread() { stop(); }
   RepeatingThread(const RepeatingThread&) = delete;

@@ -69,8 +69,7 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
   try {
     // Where joints are looked at, the rest begins where they are on its path.
     const bool has_joints = isTrajectoryCommand(channel) || isGoal(channel);
-    const bool is_looked_at =
-        lead_.arm() && has_joints && topic.planned.modality == Modality::Body;
+    const bool is_looked_at = lead_.arm() && has_joints && topic.planned.modality == Modality::Body;
     Bytes rest = is_looked_at ? whole.bytes
                               : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
     if (isHeadGoal(channel)) {

@@ -114,9 +114,9 @@ PlayReport Ledger::report() const {
   endWait(report.in_step);
   report.in_step.skew = skew_.measured();
   if (!damaged_.empty()) {
-    report.notes.push_back(
-        counted(damaged_.size(), "damaged message") + (damaged_.size() == 1 ? " was" : " were") +
-        " left out; afterglow store check names what is damaged");
+    report.notes.push_back(counted(damaged_.size(), "damaged message") +
+                           (damaged_.size() == 1 ? " was" : " were") +
+                           " left out; afterglow store check names what is damaged");
   }
   for (const PlannedTopic& planned : plan_.topics) {
     const auto topic = topics_.find(planned.channel.topic);

@@ -20,7 +20,8 @@ namespace {
 RegularExpression compiled(const std::string& pattern, const std::string& options) {
   const auto unknown = options.find_first_not_of("imsx");
   if (unknown != std::string::npos) {
-    throw FilterError(std::string("$options knows i, m, s and x, not \"") + options[unknown] + "\"");
+    throw FilterError(std::string("$options knows i, m, s and x, not \"") + options[unknown] +
+                      "\"");
   }
   try {
     return RegularExpression(pattern, options);

@@ -112,7 +112,8 @@ std::vector<std::string> RunningBehavior::remarks() const {
     all.push_back(messagesWere(refused.count, topic) + " left out: " + refused.why);
   }
   for (const auto& [topic, count] : unfit_) {
-    all.push_back(messagesWere(count, topic) + " not of its type by the bytes, and kept as it came");
+    all.push_back(messagesWere(count, topic) +
+                  " not of its type by the bytes, and kept as it came");
   }
   if (unkept_references_ > 0) {
     all.push_back("more than " + std::to_string(kMostReferences) +

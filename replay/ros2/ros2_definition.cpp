@@ -219,10 +219,10 @@ namespace {
 constexpr const char* kMarker = "visualization_msgs/Marker";
 
 /// Packages whose types ROS 2 took over from ROS 1 with all their fields.
-constexpr const char* kPackages[] = {
-    "actionlib_msgs", "diagnostic_msgs", "geometry_msgs", "nav_msgs",  "sensor_msgs",
-    "shape_msgs",     "std_msgs",        "stereo_msgs",   "tf2_msgs",  "trajectory_msgs",
-    "visualization_msgs"};
+constexpr const char* kPackages[] = {"actionlib_msgs",  "diagnostic_msgs",   "geometry_msgs",
+                                     "nav_msgs",        "sensor_msgs",       "shape_msgs",
+                                     "std_msgs",        "stereo_msgs",       "tf2_msgs",
+                                     "trajectory_msgs", "visualization_msgs"};
 /// But for these.
 constexpr const char* kChanged[] = {"shape_msgs/SolidPrimitive", "std_msgs/Time",
                                     "std_msgs/Duration"};
