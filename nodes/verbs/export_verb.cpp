@@ -23,6 +23,7 @@ struct ExportOptions {
   std::string store;
   std::vector<std::string> topics;
   bool with_context = false;
+  bool is_ros2 = false;
   std::string format, compression;  ///< empty: as the file's name and the format have it
   std::optional<std::uint64_t> split_mb;
 };
@@ -78,6 +79,7 @@ replay::BagExportResult exportWithProgress(const ExportOptions& options, const r
   range.with_all_topics = options.with_context;
   replay::BagExport bag;
   bag.format = formatOf(options);
+  bag.is_ros2 = options.is_ros2;
   bag.compression = compressionOf(options, bag.format);
   if (options.split_mb) bag.split_bytes = *options.split_mb * kMegabyte;
   Progress progress("exporting");
@@ -98,7 +100,11 @@ std::vector<std::vector<std::string>> selections(const std::vector<std::string>&
 }
 
 void runExport(const ExportOptions& options) {
-  compressionOf(options, formatOf(options));  // refuses what cannot be, before anything is read
+  // What cannot be is refused before anything is read.
+  compressionOf(options, formatOf(options));
+  if (options.is_ros2 && formatOf(options) != replay::RecordingFormat::Mcap) {
+    throw CLI::ValidationError("--ros2", "is for MCAP files");
+  }
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   std::vector<replay::Behavior> behaviors;
   for (const auto& words : selections(options.behaviors)) {
@@ -145,6 +151,8 @@ void addExportVerb(CLI::App& app) {
   verb->add_option("--format", options->format,
                    "bag (of ROS 1) or mcap (for Foxglove); default: as --out is named, else bag")
       ->check(CLI::IsMember({"bag", "mcap"}));
+  verb->add_flag("--ros2", options->is_ros2,
+                 "Messages as ROS 2 serializes them (mcap), for its `ros2 bag play`");
   verb->add_option("--compression", options->compression,
                    "none, lz4, bz2 (bag) or zstd (mcap); default: none in a bag, lz4 in an MCAP "
                    "file")

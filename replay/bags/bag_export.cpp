@@ -115,7 +115,7 @@ class Exporter {
     }
     const Packing packing = packingOf(options_.compression);
     files_.push_back(options_.format == RecordingFormat::Mcap
-                         ? writeMcap(path.string(), packing, behaviors_)
+                         ? writeMcap(path.string(), packing, options_.is_ros2, behaviors_)
                          : writeRosbag(path.string(), packing));
   }
 

@@ -58,6 +58,9 @@ enum class RecordingFormat { Rosbag, Mcap };
 
 struct BagExport {
   RecordingFormat format = RecordingFormat::Rosbag;
+  /// Messages as ROS 2 serializes them, of profile ros2: of an MCAP file. A message that ROS 2 has
+  /// not (a time after 2038, an array of no elements) ends the export.
+  bool is_ros2 = false;
   /// Bz2 is for rosbags alone, Zstd for MCAP files.
   BagCompression compression = BagCompression::None;
   /// A bag that has about reached this is followed by another: F.bag becomes F_0.bag, F_1.bag, ...

@@ -44,8 +44,9 @@ class ExportFile {
 /// A bag of ROS 1, of None, Bz2 or Lz4.
 std::unique_ptr<ExportFile> writeRosbag(const std::string& path, Packing packing);
 
-/// An MCAP file of ROS 1 messages, of None, Lz4 or Zstd, with a record about each behavior.
-std::unique_ptr<ExportFile> writeMcap(const std::string& path, Packing packing,
+/// An MCAP file of None, Lz4 or Zstd, of ROS 1 messages or of ROS 2's, with a record about each
+/// behavior.
+std::unique_ptr<ExportFile> writeMcap(const std::string& path, Packing packing, bool is_ros2,
                                       const std::vector<Behavior>& behaviors);
 
 }  // namespace afterglow::replay

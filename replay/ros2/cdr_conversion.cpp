@@ -16,25 +16,6 @@ constexpr std::size_t kLongestPadding = 3;                 ///< behind a message
 constexpr std::size_t kFewElements = 64;
 constexpr std::uint32_t kLastSecond = 0x7fffffff;  ///< of ROS 2, which counts by an int32
 
-/// Names that ROS 2 does not allow as they are in ROS 1.
-struct Renamed {
-  const char* type;
-  const char* ros1;
-  const char* ros2;
-};
-constexpr Renamed kRenamed[] = {{"sensor_msgs/CameraInfo", "D", "d"},
-                                {"sensor_msgs/CameraInfo", "K", "k"},
-                                {"sensor_msgs/CameraInfo", "R", "r"},
-                                {"sensor_msgs/CameraInfo", "P", "p"},
-                                {"stereo_msgs/DisparityImage", "T", "t"}};
-
-std::string nameInRos1(const std::string& type, const std::string& field) {
-  for (const Renamed& renamed : kRenamed) {
-    if (type == renamed.type && field == renamed.ros2) return renamed.ros1;
-  }
-  return field;
-}
-
 /// What is drawn may lack what nothing here draws.
 bool isOnlyLookedAt(const std::string& type) {
   return type.compare(0, 19, "visualization_msgs/") == 0;

@@ -167,7 +167,83 @@ std::string fieldsOf(const std::string& type, const std::vector<std::string_view
   return kHeaderFields;
 }
 
+/// Names that ROS 2 does not allow as they are in ROS 1.
+struct Renamed {
+  const char* type;
+  const char* ros1;
+  const char* ros2;
+};
+constexpr Renamed kRenamed[] = {{"sensor_msgs/CameraInfo", "D", "d"},
+                                {"sensor_msgs/CameraInfo", "K", "k"},
+                                {"sensor_msgs/CameraInfo", "R", "r"},
+                                {"sensor_msgs/CameraInfo", "P", "p"},
+                                {"stereo_msgs/DisparityImage", "T", "t"}};
+
+/// One line of a definition of ROS 1 as ROS 2 writes it; empty for comments and a header's `seq`.
+std::string ros2Line(const std::string& owner, std::string_view line) {
+  const std::size_t gap = line.find_first_of(kBlanks);
+  if (line.front() == '#' || gap == std::string_view::npos) return "";
+  const std::string_view written = line.substr(0, gap), rest = trimmed(line.substr(gap));
+  const std::size_t open = std::min(written.find('['), written.size());
+  std::string type(written.substr(0, open));
+  if (type == "Header") type = kHeader;
+  if (type == "time") type = "builtin_interfaces/Time";
+  if (type == "duration") type = "builtin_interfaces/Duration";
+  if (type == "byte") type = "int8";
+  if (type == "char") type = "uint8";
+  const auto name_end = std::find_if_not(rest.begin(), rest.end(), isNameLetter);
+  const std::string name(rest.begin(), name_end);
+  if (owner == kHeader && name == "seq") return "";
+  const std::string_view behind = trimmed(rest.substr(name.size()));
+  if (behind.empty() || behind.front() != '=') {
+    return type + std::string(written.substr(open)) + " " + nameInRos2(owner, name) + "\n";
+  }
+  const std::string_view value = trimmed(behind.substr(1));
+  if (type == "string") {
+    const char quote = value.find('"') == std::string_view::npos ? '"' : '\'';
+    return type + " " + name + "=" + quote + std::string(value) + quote + "\n";
+  }
+  return type + " " + name + "=" + std::string(trimmed(value.substr(0, value.find('#')))) + "\n";
+}
+
+std::string headingOf(const std::string& type) {
+  return std::string(80, '=') + "\nMSG: " + type + "\n";
+}
+
 }  // namespace
+
+std::string nameInRos1(const std::string& type, const std::string& field) {
+  for (const Renamed& renamed : kRenamed) {
+    if (type == renamed.type && field == renamed.ros2) return renamed.ros1;
+  }
+  return field;
+}
+
+std::string nameInRos2(const std::string& type, const std::string& field) {
+  for (const Renamed& renamed : kRenamed) {
+    if (type == renamed.type && field == renamed.ros1) return renamed.ros2;
+  }
+  return field;
+}
+
+std::string ros2TypeName(const std::string& ros1_type) {
+  const std::size_t slash = ros1_type.find('/');
+  return ros1_type.substr(0, slash) + "/msg" + ros1_type.substr(std::min(slash, ros1_type.size()));
+}
+
+std::string ros2Definition(const std::string& ros1_type, std::string_view ros1_definition) {
+  const Sections sections(ros1_type, ros1_definition);
+  std::string text;
+  for (const std::string& type : sections.names()) {
+    if (type != ros1_type) text += headingOf(type);
+    for (const std::string_view line : sections.lines(type)) text += ros2Line(type, line);
+  }
+  for (const char* builtin : {"builtin_interfaces/Time", "builtin_interfaces/Duration"}) {
+    if (text.find(builtin) == std::string::npos) continue;
+    text += headingOf(builtin) + "int32 sec\nuint32 nanosec\n";
+  }
+  return text;
+}
 
 std::string ros1TypeName(const std::string& ros2_type) {
   const std::size_t first = ros2_type.find('/'), last = ros2_type.rfind('/');
@@ -196,7 +272,7 @@ std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_d
     const bool is_builtin =
         type == "builtin_interfaces/Time" || type == "builtin_interfaces/Duration";
     if (is_builtin && !is_root) continue;
-    if (!is_root) text += std::string(80, '=') + "\nMSG: " + type + "\n";
+    if (!is_root) text += headingOf(type);
     text += fieldsOf(type, sections.lines(type), bounds);
   }
   return text;

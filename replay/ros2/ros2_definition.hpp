@@ -20,6 +20,14 @@ namespace afterglow::replay {
 /// "geometry_msgs/Twist" of "geometry_msgs/msg/Twist". Throws MessageError if it is no type's name.
 std::string ros1TypeName(const std::string& ros2_type);
 
+/// "geometry_msgs/msg/Twist" of "geometry_msgs/Twist".
+std::string ros2TypeName(const std::string& ros1_type);
+
+/// The name in ROS 1 of a field of a ROS 2 type, and in ROS 2 of one of a ROS 1 type,
+/// "package/Type": ROS 2 does not allow all of them as they are.
+std::string nameInRos1(const std::string& type, const std::string& field);
+std::string nameInRos2(const std::string& type, const std::string& field);
+
 /// The most that a field of ROS 2 may hold; 0: as much as there is.
 struct Ros2Bound {
   std::size_t elements = 0;
@@ -34,6 +42,10 @@ using Ros2Bounds = std::map<std::pair<std::string, std::string>, Ros2Bound>;
 /// `bounds` gets. Throws MessageError for what ROS 1 has not, as wstring.
 std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition,
                            Ros2Bounds* bounds = nullptr);
+
+/// The definition as ROS 2 writes it that has the fields of a ROS 1 definition, with those of all
+/// contained types: what ros1Definition() does, the other way round.
+std::string ros2Definition(const std::string& ros1_type, std::string_view ros1_definition);
 
 /// A definition whose messages no ROS 1 robot may be sent, as its type has other fields there or is
 /// unknown; says so in its first line.

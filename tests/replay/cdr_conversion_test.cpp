@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/messages/definitions.hpp"
 #include "replay/messages/document.hpp"
 #include "tests/support/cdr_bytes.hpp"
 #include "tests/support/message_corpus.hpp"
@@ -209,6 +210,34 @@ TEST(CdrConversion, refusesWhatRos2HasNotByFieldAndByte) {
 TEST(CdrConversion, hasNoArraysOfNoElements) {
   EXPECT_EQ(messageErrorOf([] { conversion("int32[0] x\n"); }),
             "field x is an array of no elements, which ROS 2 has not");
+}
+
+TEST(Ros2Definition, isWrittenFromOneOfRos1AndReadAgain) {
+  const std::string ros1 =
+      "uint8 MOST=3 # so many\nstring SAID=\"a\" # b\nHeader header\ntime[] times\n"
+      "byte b\nfloat64[9] K # of the lens\nP p\n" +
+      std::string(kHeader) + "===\nMSG: sensor_msgs/P\nduration d\nbool X=True\n";
+  const std::string line(80, '=');
+  EXPECT_EQ(ros2Definition("sensor_msgs/CameraInfo", ros1),
+            "uint8 MOST=3\nstring SAID='\"a\" # b'\nstd_msgs/Header header\n"
+            "builtin_interfaces/Time[] times\nint8 b\nfloat64[9] k\nP p\n" +
+                line + "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" +
+                line + "\nMSG: sensor_msgs/P\nbuiltin_interfaces/Duration d\nbool X=True\n" + line +
+                "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n" + line +
+                "\nMSG: builtin_interfaces/Duration\nint32 sec\nuint32 nanosec\n");
+  const test::MessageCorpus corpus = test::makeMessageCorpus(AFTERGLOW_TEST_PYTHON);
+  if (corpus.types.empty()) GTEST_SKIP() << AFTERGLOW_TEST_PYTHON " has no ROS messages";
+  int same = 0;
+  for (const auto& type : corpus.types) {
+    SCOPED_TRACE(type.name);
+    const std::string text =
+        ros1Definition(ros2TypeName(type.name), ros2Definition(type.name, type.definition));
+    const Schema schema = Schema::parse(type.name, text);
+    EXPECT_EQ(schema.minimumSize(0), Schema::parse(type.name, type.definition).minimumSize(0));
+    same += definitionMd5(type.name, text) == type.md5 ? 1 : 0;
+  }
+  // The others have fields that ROS 2 renames, or `byte` and `char`, which it has otherwise.
+  EXPECT_GE(same, static_cast<int>(corpus.types.size()) - 20);
 }
 
 TEST(Ros2Definition, tellsItsBounds) {

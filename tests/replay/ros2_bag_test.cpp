@@ -3,11 +3,14 @@
 #include <sqlite3.h>
 
 #include <filesystem>
+#include <map>
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/mcap_writer.hpp"
+#include "replay/messages/definitions.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/store/open/open_store.hpp"
+#include "tests/support/message_definitions.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -111,6 +114,64 @@ TEST_F(Ros2BagTest, isNotSentToARobotOfRos1WhereTheFieldsDoNotAgree) {
   options.topics.clear();
   options.place = ReplayPlace::Elsewhere;
   EXPECT_FALSE(makePlan(*store, behavior, options).topics.at(0).isPlayed());
+}
+
+/// The header's seq aside, which ROS 2 has not.
+TEST_F(Ros2BagTest, asAnMcapFileIsExportedAndGivesTheMessagesBack) {
+  const auto store = openMemoryStore();
+  const auto recording = store->addRecording({0, "", "/recorder", ""});
+  std::uint64_t sequence = 0;
+  const auto keep = [&](const Channel& channel, const Bytes& bytes) {
+    Message message = stringMessage(store->addChannel(recording, channel), 10, ++sequence, "");
+    message.bytes = bytes;
+    store->append({message});
+  };
+  const Schema tf = Schema::parse("tf2_msgs/TFMessage", kTfMessage);
+  Bytes transform(4 + tf.minimumSize(1));
+  transform[0] = 1;
+  const std::string md5 = definitionMd5("tf2_msgs/TFMessage", kTfMessage);
+  keep({"/tf_static", "tf2_msgs/TFMessage", md5, kTfMessage, true, "/tf"}, transform);
+  keep(stringChannel("/said"), stringBytes("here"));
+  BagExport as_ros2;
+  as_ros2.format = RecordingFormat::Mcap;
+  as_ros2.is_ros2 = true;
+  const std::string path = folder_.path("out.mcap");
+  exportBags(*store, {sampleBehavior(recording, {"/tf_static", "/said"}, 0, 20)}, {}, path,
+             as_ros2);
+  const auto again = openMemoryStore();
+  const auto result = importBag(path, *again);
+  std::map<std::string, Bytes> given;
+  for (const Message& message : readAll(*again->messages(result.behavior, {}))) {
+    const Channel channel = again->channel(message.channel);
+    EXPECT_EQ(channel.latching, channel.topic == "/tf_static");
+    given[channel.topic] = message.bytes;
+  }
+  EXPECT_EQ(given, (std::map<std::string, Bytes>{{"/tf_static", transform},
+                                                 {"/said", stringBytes("here")}}));
+}
+
+TEST_F(Ros2BagTest, isNotExportedWhereAMessageIsNoneOfRos2) {
+  const auto store = openMemoryStore();
+  const auto recording = store->addRecording({0, "", "/recorder", ""});
+  const Channel channel{"/t",          "std_msgs/Time", "cd7166c74c552c311fbcc2fe5a7bc289",
+                        "time data\n", false,           ""};
+  Message late = stringMessage(store->addChannel(recording, channel), 10, 1, "");
+  late.bytes = {0, 0, 0, 0x80, 0, 0, 0, 0};
+  store->append({late});
+  BagExport as_ros2;
+  as_ros2.format = RecordingFormat::Mcap;
+  as_ros2.is_ros2 = true;
+  const std::string path = folder_.path("out.mcap");
+  try {
+    exportBags(*store, {sampleBehavior(recording, {"/t"}, 0, 20)}, {}, path, as_ros2);
+    ADD_FAILURE() << "it was exported";
+  } catch (const BagError& error) {
+    EXPECT_EQ(error.what(),
+              path +
+                  ": a message of /t is none of ROS 2's: std_msgs/Time, field data, at byte 4: "
+                  "is a time after 2038, which ROS 2 has not");
+  }
+  EXPECT_FALSE(fs::exists(path));
 }
 
 TEST_F(Ros2BagTest, isAFolderOfTheFilesThatItNames) {
