@@ -15,7 +15,7 @@
 #include "nodes/player/play_options.hpp"
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/robot_description.hpp"
-#include "nodes/tools/store_parameter.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/robot_time.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "nodes/tools/store_parameter.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -13,7 +13,7 @@
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/topic_listener.hpp"
 #include "nodes/recorder/world_snapshot.hpp"
-#include "nodes/tools/robot_time.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "replay/messages/robot_names.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
@@ -22,6 +23,15 @@ std::string robotParameter(const std::string& name_space, const std::string& nam
     scope.resize(scope.rfind('/'));
   }
   return text;
+}
+
+void refuseStorePassword(const ros::NodeHandle& private_node, const std::string& store) {
+  try {
+    replay::refusePassword("~store", store);
+  } catch (const replay::StoreError&) {
+    private_node.deleteParam("store");
+    throw;
+  }
 }
 
 }  // namespace afterglow::nodes

@@ -5,6 +5,7 @@
 #include <ros/master.h>
 #include <ros/network.h>
 #include <ros/publication.h>
+#include <ros/ros.h>
 #include <ros/this_node.h>
 #include <ros/topic_manager.h>
 #include <ros/xmlrpc_manager.h>
@@ -386,6 +387,35 @@ void Registration::look() try {
 bool Registration::registerAgain() const {
   return registerServices(services_) && registerSubscribers() && registerPublishers() &&
          registerPublisher(kLog);
+}
+
+std::string clockPublisher() {
+  const auto others = askMaster(deadlineIn(kMasterPatience)).otherPublishers("/clock");
+  return others.empty() ? "" : *others.begin();
+}
+
+void requireTime(Deadline deadline) {
+  // roscpp looks only when a node begins.
+  bool is_set = false;
+  ros::param::get("/use_sim_time", is_set);
+  if (is_set && !ros::Time::isSimTime()) {
+    throw std::runtime_error(
+        "/use_sim_time was set after this node had begun: its time is not the robot's; start it "
+        "anew");
+  }
+  if (!ros::Time::isSimTime()) return;
+  const std::string publisher = clockPublisher();
+  if (publisher.empty()) {
+    throw std::runtime_error(
+        "/use_sim_time is set and nobody publishes /clock: the robot's time stands still");
+  }
+  while (ros::Time::now().isZero()) {
+    if (std::chrono::steady_clock::now() >= deadline) {
+      throw std::runtime_error("/use_sim_time is set and the /clock of " + publisher +
+                               " says 0: the robot's time has not begun");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
 }
 
 }  // namespace afterglow::nodes

@@ -132,4 +132,12 @@ class Registration {
   replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
+/// Returns the other publisher of /clock, by the master; empty: there is none. Throws
+/// std::runtime_error without a master.
+std::string clockPublisher();
+
+/// Waits for a time other than 0, which every stamp would be. Throws std::runtime_error, one line,
+/// if there is none at the deadline, or if /use_sim_time was set after this node had begun.
+void requireTime(Deadline deadline);
+
 }  // namespace afterglow::nodes
