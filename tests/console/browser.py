@@ -16,6 +16,7 @@ KEYS = {"Enter": "\ue007", "Escape": "\ue00c", "Tab": "\ue004", "ArrowLeft": "\u
         "ArrowRight": "\ue014", "ArrowDown": "\ue015", "End": "\ue010", "Home": "\ue011", "Space": " ",
         "Shift": "\ue008"}
 WAIT_S = 20
+SHOWN = "[...document.querySelectorAll(arguments[0])].find(one => one.checkVisibility() && one.getClientRects().length)"
 
 
 class BrowserError(Exception):
@@ -96,9 +97,7 @@ class Browser:
 
     def find(self, css):
         """The first that is shown, as soon as it is there."""
-        script = """return [...document.querySelectorAll(arguments[0])].find(one => one.checkVisibility()
-                    && one.getClientRects().length) || null"""
-        return until(lambda: self.run(script, css), f"'{css}' at {self.url()}")
+        return until(lambda: self.run(f"return {SHOWN} || null", css), f"'{css}' at {self.url()}")
 
     def click(self, css):
         """As soon as it can be clicked: the page learns of the robot's state in its own time."""
@@ -125,10 +124,15 @@ class Browser:
 
     def box(self, css):
         """{x, y, width, height} in the window"""
-        return self.run("return arguments[0].getBoundingClientRect().toJSON()", self.find(css))
+        return self.seen(css, "getBoundingClientRect().toJSON()")
 
     def text(self, css="body"):
-        return self.run("return arguments[0].innerText", self.find(css))
+        return self.seen(css, "innerText")
+
+    def seen(self, css, what):
+        """Found and looked at in one step: a page may draw the element anew between two."""
+        script = f"const one = {SHOWN}; return one ? [one.{what}] : null"
+        return until(lambda: self.run(script, css), f"'{css}' at {self.url()}")[0]
 
     def url(self):
         return self.ask("GET", "/url")
