@@ -53,7 +53,7 @@ std::string measure(const ReliefConfig& config, const Points& points, FoundSurfa
   const render::Relief& relief = *found.relief;
   return fmt::format("relief of {} x {} cells, {:.0f} % of them known, {:.3f} to {:.3f} m high",
                      relief.columns() - 1, relief.rows() - 1, 100 * relief.knownShare(),
-                     double{relief.range().least}, double{relief.range().greatest});
+                     relief.least(), relief.greatest());
 }
 
 /// The points are in the surface's frame; the list of a search or relief that is not configured is

@@ -16,7 +16,7 @@ bool isSame(const Eye& a, const Eye& b) {
 }  // namespace
 
 bool isSamePlace(const ComposedLayer& a, const ComposedLayer& b) {
-  return a.relief == nullptr && b.relief == nullptr && a.mask == b.mask &&
+  return a.relief == b.relief && a.mask == b.mask &&
          a.placed.P_optical_world == b.placed.P_optical_world &&
          a.placed.height == b.placed.height && a.placed.flattened == b.placed.flattened &&
          a.placed.gain == b.placed.gain && isSame(a.eye, b.eye);

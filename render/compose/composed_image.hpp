@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -41,10 +42,12 @@ struct ComposedMask {
 
 struct ComposedLayer {
   Placed placed;
-  Eye eye;                         ///< the eye that flat things face, and whose lens shows round
-                                   ///< things
-  ReliefPlacer* relief = nullptr;  ///< lays meshes on the surface's relief; nullptr: it is flat
-  int mask = -1;                   ///< index of the image's masks; -1: light may go anywhere
+  Eye eye;  ///< the eye that flat things face, and whose lens shows round
+            ///< things
+  /// Lays meshes on the surface's relief, the same one as long as all lands at the same places;
+  /// nullptr: the surface is flat.
+  std::shared_ptr<const ReliefPlacer> relief;
+  int mask = -1;  ///< index of the image's masks; -1: light may go anywhere
   /// The drawables, each a step. Clouds of PointStyle::Points are on the relief already.
   std::vector<const Drawable*> steps;
 };
@@ -55,8 +58,7 @@ struct ComposedImage {
   std::vector<ComposedLayer> layers;
 };
 
-/// Returns true if the same step of both is the same light, on either side of masks. False on a
-/// relief.
+/// Returns true if the same step of both is the same light, on either side of masks.
 bool isSamePlace(const ComposedLayer& a, const ComposedLayer& b);
 bool isSame(const std::vector<ComposedMask>& a, const std::vector<ComposedMask>& b);
 

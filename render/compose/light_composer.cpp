@@ -61,9 +61,10 @@ const ComposedImage& LightComposer::compose(const Scene& scene,
   image_.masks.clear();
   image_.layers.clear();
   masked_.clear();
-  placer_count_ = 0;
   laid_.clear();
   for (const Layer& layer : scene.layers) addLayer(layer);
+  const auto isUnused = [](const auto& placer) { return placer.use_count() == 1; };
+  placers_.erase(std::remove_if(placers_.begin(), placers_.end(), isUnused), placers_.end());
   return image_;
 }
 
@@ -78,7 +79,7 @@ void LightComposer::addLayer(const Layer& layer) {
   if (layer.surface) out.mask = maskOf(*layer.surface);
   if (placed.flattened && layer.surface->relief) {
     placed.P_optical_world = T_projector_world_.matrix().matrix();
-    out.relief = &placerFor(layer);
+    out.relief = placerFor(layer);
   }
   out.steps.reserve(layer.drawables.size());
   for (const Drawable& drawable : layer.drawables) {
@@ -88,11 +89,13 @@ void LightComposer::addLayer(const Layer& layer) {
   image_.layers.push_back(std::move(out));
 }
 
-ReliefPlacer& LightComposer::placerFor(const Layer& layer) {
-  if (placer_count_ == placers_.size()) placers_.emplace_back();
-  ReliefPlacer& placer = placers_[placer_count_++];
-  placer.begin(layer, T_projector_world_.matrix().inverse().translation());
-  return placer;
+std::shared_ptr<const ReliefPlacer> LightComposer::placerFor(const Layer& layer) {
+  const Eigen::Vector3d p_lens = T_projector_world_.matrix().inverse().translation();
+  const auto known = std::find_if(placers_.begin(), placers_.end(),
+                                  [&](const auto& placer) { return placer->isFor(layer, p_lens); });
+  if (known != placers_.end()) return *known;
+  placers_.push_back(std::make_shared<const ReliefPlacer>(layer, p_lens));
+  return placers_.back();
 }
 
 /// A cloud's points on the relief, in world coordinates.

@@ -24,8 +24,8 @@ class LightComposer {
 
  private:
   void addLayer(const Layer& layer);
-  /// Returns the placer of a layer that lies on a relief.
-  ReliefPlacer& placerFor(const Layer& layer);
+  /// Returns the placer of a layer that lies on a relief: one of the images before if it fits.
+  std::shared_ptr<const ReliefPlacer> placerFor(const Layer& layer);
   const Drawable& laid(const Drawable& drawable, const ReliefPlacer& relief);
   /// The surface's mask, made once an image; -1: it needs none.
   int maskOf(const SurfacePatch& surface);
@@ -38,10 +38,9 @@ class LightComposer {
 
   const Scene* scene_ = nullptr;  ///< being composed
   Rigid<Projector, World> T_projector_world_;
-  std::vector<const SurfacePatch*> masked_;  ///< the surfaces of the image's masks
-  std::deque<ReliefPlacer> placers_;         ///< the placers of layers on reliefs, and unused ones
-  std::size_t placer_count_ = 0;
-  std::deque<Drawable> laid_;  ///< clouds on reliefs
+  std::vector<const SurfacePatch*> masked_;                   ///< the surfaces of the image's masks
+  std::vector<std::shared_ptr<const ReliefPlacer>> placers_;  ///< of layers on reliefs
+  std::deque<Drawable> laid_;                                 ///< clouds on reliefs
 };
 
 }  // namespace afterglow::render

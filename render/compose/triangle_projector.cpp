@@ -179,7 +179,7 @@ void TriangleProjector::addMesh(LightTriangles& out) {
 /// Adds a thin line; a relief has it laid piece by piece.
 void TriangleProjector::addThinLine(const ThinLine& line, LightTriangles& out) {
   const Placed& placed = layer_->placed;
-  const ReliefPlacer* relief = layer_->relief;
+  const ReliefPlacer* relief = layer_->relief.get();
   const double length = (line.to - line.from).norm();
   const int pieces =
       relief != nullptr ? static_cast<int>(std::min(std::ceil(length / relief->cell()), 1e4)) : 1;

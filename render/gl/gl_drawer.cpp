@@ -59,8 +59,7 @@ class TriangleExpander {
   void expand(const std::vector<const Drawable*>& steps, const ComposedLayer& layer, Upload& upload,
               GpuTriangles& out, std::vector<Piece>& pieces) {
     constexpr std::size_t kLeastPart = 16, kPartsEach = 4;
-    // A relief's placer is used by one thread at a time.
-    const std::size_t most = layer.relief != nullptr ? 1 : kPartsEach * projectors_.size();
+    const std::size_t most = kPartsEach * projectors_.size();
     const std::size_t count = std::clamp<std::size_t>(steps.size() / kLeastPart, 1, most);
     if (parts_.size() < count) parts_.resize(count);
     forEachPart(count, [&](TriangleProjector& projector, std::size_t part) {

@@ -160,8 +160,7 @@ void CpuDrawer::addAmongWorkers(const ComposedLayer& layer, std::size_t begin, s
                                 std::vector<Step>& steps) {
   const std::size_t count = end - begin, most = kPartsEach * expanders_.size();
   const std::size_t parts = std::min(count / kLeastPart, most);
-  // A relief's placer is used by one thread at a time.
-  if (parts < 2 || expanders_.size() == 1 || layer.relief != nullptr) {
+  if (parts < 2 || expanders_.size() == 1) {
     for (std::size_t i = begin; i < end; ++i) {
       addStep(expanders_.front(), layer, i, steps[i], now_.list.steps);
     }

@@ -34,7 +34,7 @@ struct ExpandedSteps {
 };
 
 /// Keeps its buffers from step to step. Used from one thread at a time, and of several expanders
-/// each in a thread of its own, except for layers on a relief.
+/// each in a thread of its own.
 class StepExpander {
  public:
   explicit StepExpander(const calib::Lens& lens)

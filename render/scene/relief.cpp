@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -13,18 +12,10 @@ namespace afterglow::render {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-constexpr Relief::Range kNothing{std::numeric_limits<float>::infinity(),
-                                 -std::numeric_limits<float>::infinity(), false};
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostNodes = 4e6;
-constexpr std::size_t kBlock = 3;  // the level whose cells are passed over at once: 8 x 8
 /// Rays start and end this far beyond the heights, meters, so that rounding loses none of them.
 constexpr double kMargin = 1e-4;
-
-Relief::Range together(const Relief::Range& a, const Relief::Range& b) {
-  return {std::min(a.least, b.least), std::max(a.greatest, b.greatest),
-          a.is_complete && b.is_complete};
-}
 
 float median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -41,231 +32,125 @@ Relief::Relief(const Eigen::Vector2d& origin, double cell, int columns, int rows
       heights_.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {
     throw std::logic_error("a relief needs at least 2 x 2 nodes and a height for each");
   }
-  addLevels();
-}
-
-float Relief::node(int column, int row) const {
-  return heights_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                  static_cast<std::size_t>(column)];
-}
-
-void Relief::addLevels() {
-  Level level{columns_ - 1, rows_ - 1, {}};
-  for (int row = 0; row < level.rows; ++row) {
-    for (int column = 0; column < level.columns; ++column) {
-      const float a = node(column, row), b = node(column + 1, row);
-      const float c = node(column, row + 1), d = node(column + 1, row + 1);
-      const bool known = std::isfinite(a + b + c + d);
-      level.cells.push_back(known ? Range{std::min({a, b, c, d}), std::max({a, b, c, d}), true}
-                                  : kNothing);
-    }
-  }
-  levels_.push_back(std::move(level));
-  while (levels_.back().cells.size() > 1) {
-    const Level& fine = levels_.back();
-    Level coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2, {}};
-    coarse.cells.assign(static_cast<std::size_t>(coarse.columns * coarse.rows),
-                        {kNothing.least, kNothing.greatest, true});
-    for (int row = 0; row < fine.rows; ++row) {
-      for (int column = 0; column < fine.columns; ++column) {
-        Range& into = coarse.cells[static_cast<std::size_t>(row / 2 * coarse.columns + column / 2)];
-        into = together(into, fine.cells[static_cast<std::size_t>(row * fine.columns + column)]);
+  for (int row = 0; row + 1 < rows; ++row) {
+    for (int column = 0; column + 1 < columns; ++column) {
+      if (!isKnown(column, row)) continue;
+      for (const int i : {0, 1, 2, 3}) {
+        const double height = place(column + i % 2, row + i / 2).z();
+        least_ = std::min(least_, height);
+        greatest_ = std::max(greatest_, height);
       }
     }
-    levels_.push_back(std::move(coarse));
   }
+}
+
+bool Relief::isKnown(int column, int row) const {
+  return std::isfinite(node(column, row) + node(column + 1, row) + node(column, row + 1) +
+                       node(column + 1, row + 1));
 }
 
 double Relief::knownShare() const {
-  const std::vector<Range>& cells = levels_.front().cells;
-  const auto known =
-      std::count_if(cells.begin(), cells.end(), [](const Range& cell) { return cell.is_complete; });
-  return static_cast<double>(known) / static_cast<double>(cells.size());
+  int known = 0;
+  for (int row = 0; row + 1 < rows_; ++row) {
+    for (int column = 0; column + 1 < columns_; ++column) known += isKnown(column, row) ? 1 : 0;
+  }
+  return known / (double(columns_ - 1) * (rows_ - 1));
 }
 
-double Relief::heightInCell(int column, int row, const Eigen::Vector2d& grid) const {
-  const double a = grid.x() - column, b = grid.y() - row;
-  return (node(column, row) * (1 - a) + node(column + 1, row) * a) * (1 - b) +
-         (node(column, row + 1) * (1 - a) + node(column + 1, row + 1) * a) * b;
+std::optional<Relief::Triangle> Relief::triangleAt(const Eigen::Vector2d& in_cells) const {
+  if (!(in_cells.minCoeff() >= 0 && in_cells.x() <= columns_ - 1 && in_cells.y() <= rows_ - 1)) {
+    return std::nullopt;
+  }
+  const int column = std::min(static_cast<int>(in_cells.x()), columns_ - 2);
+  const int row = std::min(static_cast<int>(in_cells.y()), rows_ - 2);
+  if (!isKnown(column, row)) return std::nullopt;
+  return Triangle{column, row, in_cells.x() - column >= in_cells.y() - row};
+}
+
+double Relief::heightIn(const Triangle& triangle, const Eigen::Vector2d& in_cells) const {
+  return mixed(triangle, in_cells,
+               [this](int column, int row) { return static_cast<double>(node(column, row)); });
 }
 
 std::optional<double> Relief::height(const Eigen::Vector2d& p) const {
-  const Eigen::Vector2d grid = (p - origin_) / cell_;
-  if (!(grid.minCoeff() >= 0 && grid.x() <= columns_ - 1 && grid.y() <= rows_ - 1)) {
-    return std::nullopt;
+  const auto triangle = triangleAt(inCells(p));
+  return triangle ? std::optional(heightIn(*triangle, inCells(p))) : std::nullopt;
+}
+
+/// Goes along a descending ray from triangle to triangle, from where it is as low as `highest`:
+/// visit(begin, end, over_begin, over_end) returns whether to go on. Begin and end are shares of
+/// the way, `over` the ray's heights over the triangle; not a number in holes.
+template <typename Visit>
+void Relief::follow(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double highest,
+                    double until, const Visit& visit) const {
+  if (!(way.z() < 0) || !from.allFinite() || !way.allFinite() || least_ > greatest_) return;
+  const Eigen::Vector2d start = inCells(from.head<2>()), step = way.head<2>() / cell_;
+  double begin = std::max(0.0, (highest + kMargin - from.z()) / way.z());
+  double end = std::min(until, (least_ - kMargin - from.z()) / way.z());
+  for (int axis = 0; axis < 2; ++axis) {
+    const double last = axis == 0 ? columns_ - 1 : rows_ - 1;
+    if (step[axis] == 0 && (start[axis] < 0 || start[axis] > last)) return;
+    if (step[axis] == 0) continue;
+    const double a = -start[axis] / step[axis], b = (last - start[axis]) / step[axis];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
   }
-  const double height = heightInCell(std::min(static_cast<int>(grid.x()), columns_ - 2),
-                                     std::min(static_cast<int>(grid.y()), rows_ - 2), grid);
-  return std::isfinite(height) ? std::optional(height) : std::nullopt;
-}
-
-Eigen::Vector3d Relief::spot(int column, int row, const Eigen::Vector2d& share) const {
-  const Eigen::Vector2d grid = Eigen::Vector2d(column, row) + share;
-  const Eigen::Vector2d p = origin_ + cell_ * grid;
-  return {p.x(), p.y(), heightInCell(column, row, grid)};
-}
-
-const Relief::Range& Relief::cellRange(int column, int row) const {
-  return levels_.front()
-      .cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_ - 1) +
-             static_cast<std::size_t>(column)];
-}
-
-Relief::Range Relief::range(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const {
-  const Eigen::Vector2d last(columns_ - 2, rows_ - 2);
-  const Eigen::Array2d from = ((low - origin_) / cell_).array().floor();
-  const Eigen::Array2d to = ((high - origin_) / cell_).array().floor();
-  if (!((to >= 0).all() && (from <= last.array()).all())) return kNothing;
-  const bool is_within = (from >= 0).all() && (to <= last.array()).all();
-  const Eigen::Array2i a = from.max(0).cast<int>(), b = to.min(last.array()).cast<int>();
-  int level = 0;
-  while ((b.x() >> level) - (a.x() >> level) > 1 || (b.y() >> level) - (a.y() >> level) > 1) {
-    ++level;
-  }
-  const Level& cells = levels_[static_cast<std::size_t>(level)];
-  Range all{kNothing.least, kNothing.greatest, is_within};
-  for (int row = a.y() >> level; row <= b.y() >> level; ++row) {
-    for (int column = a.x() >> level; column <= b.x() >> level; ++column) {
-      all = together(all, cells.cells[static_cast<std::size_t>(row * cells.columns + column)]);
+  // The three families of the triangles' sides: whole x, whole y, whole x - y.
+  const Eigen::Array3d at(start.x(), start.y(), start.x() - start.y());
+  const Eigen::Array3d speed(step.x(), step.y(), step.x() - step.y());
+  const Eigen::Array3d here = at + begin * speed;
+  Eigen::Array3d line = (speed > 0).select(here.floor() + 1, here.ceil() - 1), next;
+  for (int i = 0; i < 3; ++i) next[i] = speed[i] == 0 ? kInfinity : (line[i] - at[i]) / speed[i];
+  double over_begin = kUnknown;  // where triangles meet it is the same of both
+  while (begin < end) {
+    int crossed = next[0] < next[1] ? 0 : 1;
+    if (next[2] < next[crossed]) crossed = 2;
+    const double stop = std::min(next[crossed], end);
+    if (stop > begin) {
+      const auto triangle = triangleAt(start + (begin + stop) / 2 * step);
+      const auto over = [&](double share) {
+        return from.z() + share * way.z() - heightIn(*triangle, start + share * step);
+      };
+      if (triangle && std::isnan(over_begin)) over_begin = over(begin);
+      const double over_stop = triangle ? over(stop) : kUnknown;
+      if (!visit(begin, stop, triangle ? over_begin : kUnknown, over_stop)) return;
+      begin = stop;
+      over_begin = over_stop;
     }
+    line[crossed] += speed[crossed] > 0 ? 1 : -1;
+    next[crossed] = (line[crossed] - at[crossed]) / speed[crossed];
   }
-  return all;
-}
-
-/// A ray's way through one cell, as shares of its direction.
-struct Relief::Step {
-  Eigen::Vector3d from, direction;  ///< x and y in cells, z meters
-  int column, row;
-  double begin, end;
-};
-
-/// Over a bilinear cell the ray's height is a quadratic function of its way: three samples tell it.
-std::optional<double> Relief::hitInCell(const Step& step, bool was_above, bool& is_lost) const {
-  const auto over = [&](double share) {
-    const Eigen::Vector3d p = step.from + step.direction * share;
-    return p.z() - heightInCell(step.column, step.row, p.head<2>());
-  };
-  const double f0 = over(step.begin);
-  if (f0 <= 0) {
-    is_lost = !was_above;
-    return step.begin;
-  }
-  const double fm = over((step.begin + step.end) / 2), f1 = over(step.end);
-  const double a = 2 * f0 - 4 * fm + 2 * f1, b = -3 * f0 + 4 * fm - f1;
-  const double discriminant = b * b - 4 * a * f0;
-  if (discriminant < 0) return std::nullopt;
-  // Of both roots, stable whatever a: the first one that lies on the way.
-  const double q = -(b + std::copysign(std::sqrt(discriminant), b)) / 2;
-  double first = kInfinity;
-  for (const double root : {q / a, f0 / q}) {
-    if (root >= 0 && root <= 1) first = std::min(first, root);
-  }
-  if (first == kInfinity) return std::nullopt;
-  return step.begin + first * (step.end - step.begin);
-}
-
-/// Over a block of cells that are all lower and known, in one step.
-bool Relief::passOver(Step& step) const {
-  if (levels_.size() <= kBlock) return false;
-  const Level& blocks = levels_[kBlock];
-  const Eigen::Array2i cell(step.column, step.row), block(cell / (1 << kBlock));
-  const Range& range =
-      blocks.cells[static_cast<std::size_t>(block.y() * blocks.columns + block.x())];
-  if (!range.is_complete) return false;
-  double end = kInfinity;
-  int axis = 0;
-  for (int i = 0; i < 2; ++i) {
-    const double d = step.direction[i];
-    if (d == 0) continue;
-    const double border = (block[i] + (d > 0 ? 1 : 0)) * (1 << kBlock);
-    const double share = (border - step.from[i]) / d;
-    if (share < end) axis = i;
-    end = std::min(end, share);
-  }
-  if (!(end > step.begin && end < kInfinity)) return false;
-  if (step.from.z() + step.direction.z() * end <= range.greatest) return false;
-  const bool is_upwards = step.direction[axis] > 0;
-  const double other = step.from[1 - axis] + step.direction[1 - axis] * end;
-  const int along = (block[axis] + (is_upwards ? 1 : 0)) * (1 << kBlock) - (is_upwards ? 0 : 1);
-  const int low = block[1 - axis] * (1 << kBlock);
-  const int across = std::clamp(static_cast<int>(std::floor(other)), low, low + (1 << kBlock) - 1);
-  step.begin = end;
-  step.column = axis == 0 ? along : across;
-  step.row = axis == 0 ? across : along;
-  return true;
 }
 
 std::optional<Eigen::Vector3d> Relief::firstHit(const Eigen::Vector3d& from,
                                                 const Eigen::Vector3d& direction) const {
-  bool is_lost = false;
-  const auto stop = firstStop(from, direction, kInfinity, is_lost);
-  if (!stop || is_lost) return std::nullopt;
-  return Eigen::Vector3d(from + direction * *stop);
+  std::optional<Eigen::Vector3d> hit;
+  bool was_above = from.z() > greatest_;
+  follow(from, direction, greatest_, kInfinity,
+         [&](double begin, double end, double over_begin, double over_end) {
+           if (over_begin <= 0 && !was_above) return false;  // it came out of a hole from below
+           if (over_begin <= 0 || over_end <= 0) {
+             const double share = over_begin <= 0 ? 0 : over_begin / (over_begin - over_end);
+             hit = from + direction * (begin + share * (end - begin));
+             return false;
+           }
+           was_above = over_end > 0;
+           return true;
+         });
+  return hit;
 }
 
-bool Relief::isInTheWay(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                        double touch) const {
+double Relief::clearance(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                         double touch) const {
   const Eigen::Vector3d way = to - from;
-  bool is_lost = false;
-  return firstStop(from, way, 1 - touch / way.norm(), is_lost).has_value();
-}
-
-/// As a share of the direction, less than `until`. Lost: the ray came out of a hole below what is
-/// known beside it.
-std::optional<double> Relief::firstStop(const Eigen::Vector3d& from,
-                                        const Eigen::Vector3d& direction, double until,
-                                        bool& is_lost) const {
-  if (range().isEmpty() || !(direction.z() < 0)) return std::nullopt;
-  Step step{from, direction, 0, 0, 0, 0};
-  step.from.head<2>() = (from.head<2>() - origin_) / cell_;
-  step.direction.head<2>() /= cell_;
-  // Where the ray is among the heights and over the grid.
-  step.begin = std::max(0.0, (range().greatest + kMargin - from.z()) / direction.z());
-  double end = std::min(until, (range().least - kMargin - from.z()) / direction.z());
-  for (int axis = 0; axis < 2; ++axis) {
-    const double last = axis == 0 ? columns_ - 1 : rows_ - 1;
-    double in = -step.from[axis] / step.direction[axis];
-    double out = (last - step.from[axis]) / step.direction[axis];
-    if (step.direction[axis] == 0) {
-      if (step.from[axis] < 0 || step.from[axis] > last) return std::nullopt;
-      continue;
-    }
-    if (in > out) std::swap(in, out);
-    step.begin = std::max(step.begin, in);
-    end = std::min(end, out);
-  }
-  if (!(step.begin < end)) return std::nullopt;
-
-  const Eigen::Vector3d start = step.from + step.direction * step.begin;
-  step.column = std::clamp(static_cast<int>(std::floor(start.x())), 0, columns_ - 2);
-  step.row = std::clamp(static_cast<int>(std::floor(start.y())), 0, rows_ - 2);
-  const auto border = [&](int axis, int index) {
-    const double d = step.direction[axis];
-    return d == 0 ? kInfinity : (index + (d > 0 ? 1 : 0) - step.from[axis]) / d;
-  };
-  bool was_above = from.z() > range().greatest;
-  while (step.begin < end && step.column >= 0 && step.column < columns_ - 1 && step.row >= 0 &&
-         step.row < rows_ - 1) {
-    if (passOver(step)) {
-      was_above = true;
-      continue;
-    }
-    const double next_x = border(0, step.column), next_y = border(1, step.row);
-    step.end = std::max(step.begin, std::min({next_x, next_y, end}));
-    const bool is_known = cellRange(step.column, step.row).is_complete;
-    if (is_known) {
-      const auto hit = hitInCell(step, was_above, is_lost);
-      if (hit) return hit;
-    }
-    was_above = is_known;
-    step.begin = step.end;
-    if (next_x <= next_y) {
-      step.column += step.direction.x() > 0 ? 1 : -1;
-    } else {
-      step.row += step.direction.y() > 0 ? 1 : -1;
-    }
-  }
-  return std::nullopt;
+  double least = touch;
+  follow(from, way, greatest_ + touch, 1 - touch / way.norm(),
+         [&least](double, double, double over_begin, double over_end) {
+           if (over_begin < least) least = over_begin;
+           if (over_end < least) least = over_end;
+           return true;
+         });
+  return least;
 }
 
 Relief reliefFromPoints(const std::vector<Eigen::Vector3d>& points,
@@ -293,7 +178,7 @@ Relief reliefFromPoints(const std::vector<Eigen::Vector3d>& points,
   }
   std::vector<float> heights;
   for (std::vector<float>& values : found) {
-    heights.push_back(values.empty() ? kUnknown : median(values));
+    heights.push_back(values.empty() ? static_cast<float>(kUnknown) : median(values));
   }
   return {low, options.cell, columns, rows, std::move(heights)};
 }

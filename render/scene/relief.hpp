@@ -4,21 +4,22 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
 namespace afterglow::render {
 
-/// Heights over the z = 0 plane of a surface's frame, meters, on a regular grid of nodes; bilinear
-/// within a cell of four nodes. A cell with an unknown node is a hole: nothing is known there, nor
-/// around the grid. All coordinates are the surface's. Never changes; any thread.
+/// Heights over the z = 0 plane of a surface's frame, meters, on a regular grid of nodes. A cell of
+/// four nodes is two triangles, which meet on the diagonal from its first node. A cell with an
+/// unknown node is a hole: nothing is known there, nor around the grid. All coordinates are the
+/// surface's. Never changes; any thread.
 class Relief {
  public:
-  struct Range {
-    float least, greatest;  ///< least > greatest: nothing is known
-    bool is_complete;       ///< no hole, and nothing beyond the grid
-
-    bool isEmpty() const { return least > greatest; }
+  /// One of a cell's triangles: (0, 0), (1, 0), (1, 1) or (0, 0), (1, 1), (0, 1).
+  struct Triangle {
+    int column, row;
+    bool is_lower;
   };
 
   /// The first node lies at `origin`, the next ones along x; not a number: unknown. Throws
@@ -30,46 +31,58 @@ class Relief {
   const Eigen::Vector2d& origin() const { return origin_; }
   int columns() const { return columns_; }
   int rows() const { return rows_; }
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
   /// Not a number: unknown.
-  float node(int column, int row) const;
+  float node(int column, int row) const { return heights_[index(column, row)]; }
+  Eigen::Vector3d place(int column, int row) const {
+    return {origin_.x() + cell_ * column, origin_.y() + cell_ * row,
+            static_cast<double>(node(column, row))};
+  }
+  /// Whether a cell is no hole.
+  bool isKnown(int column, int row) const;
   double knownShare() const;  ///< of the cells
+  /// Bounds of the heights of all cells that are known; least > greatest: there are none.
+  double least() const { return least_; }
+  double greatest() const { return greatest_; }
 
+  /// Where a point is in cells from the first node.
+  Eigen::Vector2d inCells(const Eigen::Vector2d& p) const { return (p - origin_) / cell_; }
+  /// The triangle there; absent in a hole and around the grid.
+  std::optional<Triangle> triangleAt(const Eigen::Vector2d& in_cells) const;
+  /// `value(column, row)` of a triangle's nodes, linear between them.
+  template <typename Value>
+  static double mixed(const Triangle& t, const Eigen::Vector2d& in_cells, const Value& value) {
+    const double x = in_cells.x() - t.column, y = in_cells.y() - t.row;
+    const double first = value(t.column, t.row), last = value(t.column + 1, t.row + 1);
+    return t.is_lower ? (1 - x) * first + (x - y) * value(t.column + 1, t.row) + y * last
+                      : (1 - y) * first + (y - x) * value(t.column, t.row + 1) + x * last;
+  }
   std::optional<double> height(const Eigen::Vector2d& p) const;
-  /// A place of a cell, `share` of its sides from its first node; where cells meet, bit for bit the
-  /// same of each. Not finite: the cell is a hole.
-  Eigen::Vector3d spot(int column, int row, const Eigen::Vector2d& share) const;
-  /// Bounds of all heights in a rectangle.
-  Range range(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const;
-  const Range& range() const { return levels_.back().cells.front(); }
-  /// Of a cell; empty: a hole.
-  const Range& cellRange(int column, int row) const;
+
   /// Where a descending ray first meets it from above. Absent if it does not, or may have met
   /// something in a hole before.
   std::optional<Eigen::Vector3d> firstHit(const Eigen::Vector3d& from,
                                           const Eigen::Vector3d& direction) const;
-  /// Whether it is known to stop a descending ray on its way to a point, more than `touch` before
-  /// it.
-  bool isInTheWay(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double touch) const;
+  /// How far over the relief the straight way down to a point is where it is lowest, at most
+  /// `touch`; less than 0: something is in the way. What is nearer to the point than `touch` is not
+  /// looked at.
+  double clearance(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double touch) const;
 
  private:
-  struct Level {
-    int columns = 0, rows = 0;
-    std::vector<Range> cells;
-  };
-  struct Step;
-
-  void addLevels();
-  std::optional<double> firstStop(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
-                                  double until, bool& is_lost) const;
-  bool passOver(Step& step) const;
-  double heightInCell(int column, int row, const Eigen::Vector2d& grid) const;
-  std::optional<double> hitInCell(const Step& step, bool was_above, bool& is_lost) const;
+  double heightIn(const Triangle& triangle, const Eigen::Vector2d& in_cells) const;
+  template <typename Visit>
+  void follow(const Eigen::Vector3d& from, const Eigen::Vector3d& way, double highest, double until,
+              const Visit& visit) const;
 
   Eigen::Vector2d origin_;
   double cell_;
   int columns_, rows_;
   std::vector<float> heights_;
-  std::vector<Level> levels_;  ///< each with half the cells of the one before, down to one
+  double least_ = std::numeric_limits<double>::infinity();
+  double greatest_ = -std::numeric_limits<double>::infinity();
 };
 
 struct ReliefOptions {

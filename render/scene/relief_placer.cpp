@@ -1,5 +1,6 @@
 #include "render/scene/relief_placer.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,269 +9,229 @@
 namespace afterglow::render {
 namespace {
 
-constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Content is laid as long as it is lower than this share of the eye's height over the relief.
-constexpr double kHighest = 0.999;
+constexpr float kNotYet = std::numeric_limits<float>::quiet_NaN();
 /// Content seen along its edge casts nothing: as wide as this share of its length, or less.
 constexpr double kSliver = 1e-9;
-constexpr double kOnSide = 1e-10;   // meters; nearer to a side is on it
-constexpr double kRounding = 1e-6;  // of a cell
+constexpr double kOnSide = 1e-9;  // a share that is less is on the side
+/// Content that would be drawn out so many times lies beside something, not on it.
+constexpr double kMostStretch = 16;
 
 bool isBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
 
-bool areWithin(double low, double high, int last, int& first, int& end) {
-  if (!(low <= last) || !(high >= 0)) return false;
-  first = static_cast<int>(std::max(0.0, low));
-  end = static_cast<int>(std::min<double>(last, high)) + 1;
-  return true;
-}
-
 }  // namespace
 
-void ReliefPlacer::begin(const Layer& layer, const Eigen::Vector3d& p_light) {
-  if (!layer.surface || !layer.surface->relief || layer.placement == Placement::Direct) {
+ReliefPlacer::ReliefPlacer(const Layer& layer, const Eigen::Vector3d& p_light)
+    : placement_(layer.placement), p_world_light_(p_light), p_world_viewer_(layer.p_viewer) {
+  if (!layer.surface || !layer.surface->relief || placement_ == Placement::Direct) {
     throw std::logic_error("layer " + layer.name + " is not placed on a relief");
   }
   relief_ = layer.surface->relief;
   T_world_surface_ = layer.surface->T_world_surface.matrix();
-  const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
-  p_light_ = T_surface_world * p_light;
-  cast_.p_eye.reset();
-  if (layer.placement == Placement::Viewer) cast_.p_eye = T_surface_world * layer.p_viewer;
-  facets_.begin(relief_, p_light_, cast_);
+  p_light_ = inSurface(p_light);
+  if (placement_ == Placement::Viewer) p_eye_ = inSurface(layer.p_viewer);
+  clearances_ = std::vector<std::atomic<float>>(relief_->index(0, relief_->rows()));
+  for (std::atomic<float>& clearance : clearances_) clearance = kNotYet;
+}
+
+bool ReliefPlacer::isFor(const Layer& layer, const Eigen::Vector3d& p_light) const {
+  return layer.surface && layer.surface->relief == relief_ && layer.placement == placement_ &&
+         layer.surface->T_world_surface.matrix().matrix() == T_world_surface_.matrix() &&
+         p_light == p_world_light_ && (!p_eye_ || layer.p_viewer == p_world_viewer_);
+}
+
+Eigen::Vector3d ReliefPlacer::inSurface(const Eigen::Vector3d& p_world) const {
+  return T_world_surface_.inverse() * p_world;
+}
+
+/// Threads that ask for a node at the same time find the same.
+double ReliefPlacer::clearance(int column, int row) const {
+  std::atomic<float>& known = clearances_[relief_->index(column, row)];
+  float value = known.load(std::memory_order_relaxed);
+  if (std::isnan(value)) {
+    const Eigen::Vector3d p = relief_->place(column, row);
+    double least = relief_->clearance(p_light_, p, kTouch);
+    if (p_eye_ && least > 0) least = std::min(least, relief_->clearance(*p_eye_, p, kTouch));
+    value = static_cast<float>(least);
+    known.store(value, std::memory_order_relaxed);
+  }
+  return static_cast<double>(value);
 }
 
 std::optional<Eigen::Vector3d> ReliefPlacer::landing(const Eigen::Vector3d& p) const {
-  if (cast_.p_eye) {
-    return p.z() < cast_.p_eye->z() ? relief_->firstHit(*cast_.p_eye, p - *cast_.p_eye)
-                                    : std::nullopt;
+  if (p_eye_) {
+    return p.z() < p_eye_->z() ? relief_->firstHit(*p_eye_, p - *p_eye_) : std::nullopt;
   }
   const auto height = relief_->height(p.head<2>());
   if (!height) return std::nullopt;
   return Eigen::Vector3d(p.x(), p.y(), *height);
 }
 
-std::optional<Eigen::Vector3d> ReliefPlacer::spotOf(const Eigen::Vector3d& p) const {
-  const auto spot = landing(p);
-  return spot && !relief_->isInTheWay(p_light_, *spot, ReliefSight::kTouch) ? spot : std::nullopt;
-}
-
 std::optional<Eigen::Vector3d> ReliefPlacer::place(const Eigen::Vector3d& p_world) const {
-  const auto spot = spotOf(T_world_surface_.inverse() * p_world);
+  const auto spot = landing(inSurface(p_world));
   if (!spot) return std::nullopt;
+  const Eigen::Vector2d in_cells = relief_->inCells(spot->head<2>());
+  const auto triangle = relief_->triangleAt(in_cells);
+  const auto clearanceOf = [this](int column, int row) { return clearance(column, row); };
+  if (!triangle || Relief::mixed(*triangle, in_cells, clearanceOf) < 0) return std::nullopt;
   return Eigen::Vector3d(T_world_surface_ * *spot);
 }
 
-void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) {
+void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) const {
   out.mesh.clear();
   out.heights.clear();
-  vertices_.clear();
-  if (relief_->range().isEmpty()) return;
-  if (cast_.p_eye && !(cast_.p_eye->z() > double{relief_->range().least})) return;
-  out_ = &out;
   const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
+  std::vector<Vertex> vertices;
+  vertices.reserve(mesh.points.size());
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    vertices_.push_back({T_surface_world * mesh.points[i], asFloats(mesh.colors[i])});
+    vertices.push_back({T_surface_world * mesh.points[i], asFloats(mesh.colors[i])});
   }
-  for (const auto& triangle : mesh.triangles) layBelowEye(triangle);
-}
-
-double ReliefPlacer::highest() const {
-  if (!cast_.p_eye) return kInfinity;
-  const double least = static_cast<double>(relief_->range().least);
-  return least + kHighest * (cast_.p_eye->z() - least);
-}
-
-/// Content as high as the eye or higher has no place below the eye.
-void ReliefPlacer::layBelowEye(const std::array<std::uint32_t, 3>& triangle) {
-  const double most = highest();
-  const auto room = [most](const Vertex& vertex) { return most - vertex.p.z(); };
-  std::array<Vertex, 4> kept;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vertex &a = vertices_[triangle[i]], &b = vertices_[triangle[(i + 1) % 3]];
-    const bool is_below = room(a) >= 0;
-    if (is_below) kept[count++] = a;
-    if (is_below == (room(b) >= 0)) continue;
-    // From the lower end, whichever way round the triangle has it: neighbors agree.
-    const Vertex &low = is_below ? a : b, &high = is_below ? b : a;
-    const double share = room(low) / (room(low) - room(high));
-    const auto weight = static_cast<float>(share);
-    kept[count++] = {low.p * (1 - share) + high.p * share,
-                     low.color * (1 - weight) + high.color * weight};
-  }
-  for (std::size_t i = 2; i < count; ++i) layTriangle(kept[0], kept[i - 1], kept[i]);
-}
-
-void ReliefPlacer::layTriangle(const Vertex& a, const Vertex& b, const Vertex& c) {
-  const Content content{{&a, &b, &c}, {sideOf(b, c, a), sideOf(c, a, b), sideOf(a, b, c)}};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Side& side = content.sides[i];
-    const Eigen::Vector3d& p = content.corners[i]->p;
-    if (!(side.at(p) > kSliver * side.normal.norm() * (p - side.origin).norm())) return;
-  }
-  findFootprint(content);
-  const auto [low, high] = std::minmax_element(
-      footprint_.begin(), footprint_.end(),
-      [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.y() < q.y(); });
-  int row = 0, row_end = 0;
-  if (!areWithin(low->y() - kRounding, high->y() + kRounding, relief_->rows() - 2, row, row_end)) {
-    return;
-  }
-  for (; row < row_end; ++row) {
-    const auto [left, right] = columnsIn(row);
-    int column = 0, end = 0;
-    if (!areWithin(left - kRounding, right + kRounding, relief_->columns() - 2, column, end)) {
-      continue;
-    }
-    for (; column < end; ++column) layOn(facets_.cell(column, row), content);
-  }
-}
-
-/// From the edge's lesser end: the two triangles that share it get each other's opposite, bit for
-/// bit.
-ReliefPlacer::Side ReliefPlacer::sideOf(const Vertex& a, const Vertex& b,
-                                        const Vertex& opposite) const {
-  const bool is_ordered = isBefore(a.p, b.p);
-  const Eigen::Vector3d &first = is_ordered ? a.p : b.p, &second = is_ordered ? b.p : a.p;
-  Side side{Eigen::Vector3d(first.y() - second.y(), second.x() - first.x(), 0), first, 0};
-  if (cast_.p_eye) {
-    side.normal = (first - *cast_.p_eye).cross(second - *cast_.p_eye);
-    side.origin = *cast_.p_eye;
-  }
-  side.rounding = kOnSide * side.normal.norm();
-  if (side.at(opposite.p) < 0) side.normal = -side.normal;
-  return side;
-}
-
-void ReliefPlacer::findFootprint(const Content& content) {
-  const Relief::Range& range = relief_->range();
-  const auto add = [this](const Eigen::Vector2d& foot) {
-    footprint_.emplace_back((foot - relief_->origin()) / relief_->cell());
-  };
-  footprint_.clear();
-  for (const Vertex* corner : content.corners) {
-    add(cast_.foot(corner->p, static_cast<double>(range.least)));
-    if (!cast_.p_eye) continue;
-    add(cast_.foot(corner->p, std::min(static_cast<double>(range.greatest), cast_.p_eye->z())));
-  }
-}
-
-/// From where to where the footprint's hull reaches in a row of cells.
-std::array<double, 2> ReliefPlacer::columnsIn(int row) const {
-  std::array<double, 2> columns = {kInfinity, -kInfinity};
-  const double low = row - kRounding, high = row + 1 + kRounding;
-  for (std::size_t i = 0; i < footprint_.size(); ++i) {
-    for (std::size_t j = i + 1; j < footprint_.size(); ++j) {
-      const Eigen::Vector2d &a = footprint_[i], &b = footprint_[j];
-      if (std::max(a.y(), b.y()) < low || std::min(a.y(), b.y()) > high) continue;
-      const double height = b.y() - a.y();
-      for (const double y : {low, high}) {
-        const double share =
-            height == 0 ? (y == low ? 0 : 1) : std::clamp((y - a.y()) / height, 0., 1.);
-        const double x = a.x() + share * (b.x() - a.x());
-        columns = {std::min(columns[0], x), std::max(columns[1], x)};
+  for (const auto& t : mesh.triangles) {
+    const auto content = contentOf({&vertices[t[0]], &vertices[t[1]], &vertices[t[2]]});
+    const auto cells = content ? cellsUnder(*content) : std::nullopt;
+    if (!cells) continue;
+    for (int row = cells->first.y(); row <= cells->last.y(); ++row) {
+      for (int column = cells->first.x(); column <= cells->last.x(); ++column) {
+        if (relief_->isKnown(column, row)) layOn(column, row, *content, out);
       }
     }
   }
-  return columns;
 }
 
-void ReliefPlacer::layOn(const ReliefFacets::Cell& cell, const Content& content) {
-  if (cell.triangle_count == 0) return;
-  shares_.clear();
-  for (std::size_t i = 0; i < cell.corner_count; ++i) {
-    shares_.push_back(content.at(cell.corners[i]));
+/// Absent: the triangle is seen along its edge. A place's shares are those with which the corners
+/// add up to it, seen from the eye or along z; all that lies before the eye between the corners'
+/// rays has none below zero, be the corners as high as the eye or higher.
+std::optional<ReliefPlacer::Content> ReliefPlacer::contentOf(
+    const std::array<const Vertex*, 3>& corners) const {
+  const Eigen::Vector3d &a = corners[0]->p, &b = corners[1]->p, &c = corners[2]->p;
+  const Eigen::Vector3d way = p_eye_ ? Eigen::Vector3d(a - *p_eye_) : Eigen::Vector3d::UnitZ();
+  const double volume = std::abs(way.dot((b - a).cross(c - a)));
+  if (!(volume > kSliver * way.norm() * (b - a).norm() * (c - a).norm())) return std::nullopt;
+  Eigen::Matrix3d rays;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::Vector3d& p = corners[static_cast<std::size_t>(i)]->p;
+    rays.col(i) = p_eye_ ? Eigen::Vector3d(p - *p_eye_) : Eigen::Vector3d(p.x(), p.y(), 1);
   }
-  index_of_.assign(cell.corner_count, kNoIndex);
-  for (std::size_t i = 0; i < cell.triangle_count; ++i) {
-    const ReliefFacets::Triangle& t = cell.triangles[i];
-    const Shares &a = shares_[t[0]], &b = shares_[t[1]], &c = shares_[t[2]];
-    bool is_inside = true, is_outside = false;
-    for (std::size_t side = 0; side < 3; ++side) {
-      is_inside = is_inside && a[side] >= 0 && b[side] >= 0 && c[side] >= 0;
-      is_outside = is_outside || (a[side] <= 0 && b[side] <= 0 && c[side] <= 0);
+  const Eigen::Matrix3d inverse = rays.inverse();
+  Content content{corners, {}};
+  if (p_eye_) {
+    content.shares << inverse, -inverse * *p_eye_;
+  } else {
+    content.shares << inverse.leftCols<2>(), Eigen::Vector3d::Zero(), inverse.col(2);
+  }
+  return content;
+}
+
+/// The cells that a triangle of the content can be cast on.
+std::optional<ReliefPlacer::Cells> ReliefPlacer::cellsUnder(const Content& content) const {
+  const Eigen::Array2d end(relief_->columns() - 2, relief_->rows() - 2);
+  if (relief_->least() > relief_->greatest()) return std::nullopt;
+  Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array2d high = -low;
+  int below_eye = 0;
+  for (const Vertex* corner : content.corners) {
+    if (p_eye_ && !(corner->p.z() < p_eye_->z())) continue;
+    ++below_eye;
+    for (const double height : {relief_->least(), relief_->greatest()}) {
+      Eigen::Vector2d foot = corner->p.head<2>();
+      if (p_eye_) {
+        const double share =
+            (p_eye_->z() - std::min(height, p_eye_->z())) / (p_eye_->z() - corner->p.z());
+        foot = p_eye_->head<2>() + share * (foot - p_eye_->head<2>());
+      }
+      low = low.min(relief_->inCells(foot).array());
+      high = high.max(relief_->inCells(foot).array());
     }
-    if (is_outside) continue;
-    if (!is_inside) {
-      cut({cell.corners[t[0]], cell.corners[t[1]], cell.corners[t[2]]}, content);
-      continue;
+  }
+  if (below_eye == 0) return std::nullopt;
+  if (below_eye < 3) return Cells{{0, 0}, end.cast<int>()};
+  if (!((low <= end).all() && (high >= 0).all())) return std::nullopt;
+  return Cells{low.max(0).cast<int>(), high.min(end).cast<int>()};
+}
+
+void ReliefPlacer::layOn(int column, int row, const Content& content, LaidMesh& out) const {
+  constexpr std::array<std::array<int, 2>, 4> kNodes = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  Polygon cell;
+  cell.count = kNodes.size();
+  for (std::size_t i = 0; i < kNodes.size(); ++i) {
+    const Eigen::Vector3d p = relief_->place(column + kNodes[i][0], row + kNodes[i][1]);
+    cell.corners[i].p = p;
+    const Eigen::Vector3d shares = content.shares * p.homogeneous();
+    cell.corners[i].inside << (shares.array().abs() < kOnSide).select(0, shares), 0;
+  }
+  const auto each = [&cell](const auto& holds) {
+    return std::all_of(cell.corners.begin(), cell.corners.begin() + 4, holds);
+  };
+  for (Eigen::Index side = 0; side < 3; ++side) {
+    if (each([side](const Corner& corner) { return corner.inside[side] <= 0; })) return;
+  }
+  for (std::size_t i = 0; i < kNodes.size(); ++i) {
+    cell.corners[i].inside[3] = clearance(column + kNodes[i][0], row + kNodes[i][1]);
+  }
+  const auto& c = cell.corners;
+  const bool is_first = !isStretched(c[0], c[1], c[2]), is_second = !isStretched(c[0], c[2], c[3]);
+  const bool is_whole =
+      each([](const Corner& corner) { return (corner.inside.array() >= 0).all(); });
+  if (is_whole && is_first && is_second) return add(cell, content, out);
+  for (const std::size_t second : {1, 2}) {
+    if (!(second == 1 ? is_first : is_second)) continue;
+    Polygon half{{c[0], c[second], c[second + 1]}, 3};
+    for (Eigen::Index side = 0; side < 4; ++side) cut(side, half);
+    add(half, content, out);
+  }
+}
+
+/// Whether what lies on a triangle of the relief would be drawn out much, compared with the plane;
+/// also if the viewer sees its back.
+bool ReliefPlacer::isStretched(const Corner& a, const Corner& b, const Corner& c) const {
+  const Eigen::Vector3d normal = (b.p - a.p).cross(c.p - a.p);
+  const Eigen::Vector3d way =
+      p_eye_ ? Eigen::Vector3d(a.p - *p_eye_) : Eigen::Vector3d(-Eigen::Vector3d::UnitZ());
+  return !(way.z() < 0) || kMostStretch * normal.dot(way) >= way.z() * normal.norm();
+}
+
+/// To the part that is not outside of a side. Neighbors share the new corners to the last bit: they
+/// are reckoned from the same end of an edge.
+void ReliefPlacer::cut(Eigen::Index side, Polygon& polygon) {
+  const auto end = polygon.corners.begin() + static_cast<std::ptrdiff_t>(polygon.count);
+  const auto isOutside = [side](const Corner& corner) { return corner.inside[side] < 0; };
+  if (std::none_of(polygon.corners.begin(), end, isOutside)) return;
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const Corner* a = &polygon.corners[i];
+    const Corner* b = &polygon.corners[(i + 1) % polygon.count];
+    if (a->inside[side] >= 0) kept.corners[kept.count++] = *a;
+    if (a->inside[side] * b->inside[side] >= 0) continue;
+    if (isBefore(b->p, a->p)) std::swap(a, b);
+    const double share = a->inside[side] / (a->inside[side] - b->inside[side]);
+    Corner& corner = kept.corners[kept.count++];
+    corner = {a->p + share * (b->p - a->p), a->inside + share * (b->inside - a->inside)};
+    corner.inside[side] = 0;
+  }
+  polygon = kept;
+}
+
+void ReliefPlacer::add(const Polygon& polygon, const Content& content, LaidMesh& out) const {
+  const auto first = static_cast<std::uint32_t>(out.mesh.points.size());
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const Corner& corner = polygon.corners[i];
+    const Eigen::Vector3d positive = corner.inside.head<3>().cwiseMax(0);
+    const Eigen::Vector3d weights = positive / positive.sum();
+    double height = 0;
+    Eigen::Vector4f color = Eigen::Vector4f::Zero();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double weight = weights[static_cast<Eigen::Index>(k)];
+      height += weight * content.corners[k]->p.z();
+      color += static_cast<float>(weight) * content.corners[k]->color;
     }
-    for (const std::uint32_t at : t) {
-      if (index_of_[at] == kNoIndex) index_of_[at] = add(cell.corners[at], shares_[at], content);
-    }
-    out_->mesh.triangles.push_back({index_of_[t[0]], index_of_[t[1]], index_of_[t[2]]});
+    out.mesh.points.push_back(T_world_surface_ * corner.p);
+    out.mesh.colors.push_back(asBytes(color));
+    out.heights.push_back(height);
   }
-}
-
-/// To the part inside of all sides.
-void ReliefPlacer::cut(const Facet& facet, const Content& content) {
-  polygon_.clear();
-  for (std::size_t i = 0; i < 3; ++i) polygon_.push_back({facet[i], content.at(facet[i]), i});
-  for (std::size_t side = 0; side < 3; ++side) cutOff(side, facet, content);
-  const auto first = static_cast<std::uint32_t>(out_->mesh.points.size());
-  if (polygon_.size() < 3) return;
-  for (const Corner& corner : polygon_) add(corner.p, corner.shares, content);
-  for (std::uint32_t i = 2; i < polygon_.size(); ++i) {
-    out_->mesh.triangles.push_back({first, first + i - 1, first + i});
+  for (std::uint32_t i = 2; i < polygon.count; ++i) {
+    out.mesh.triangles.push_back({first, first + i - 1, first + i});
   }
-}
-
-void ReliefPlacer::cutOff(std::size_t side, const Facet& facet, const Content& content) {
-  clipped_.clear();
-  for (std::size_t i = 0; i < polygon_.size(); ++i) {
-    const Corner &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
-    const double at_a = a.shares[side], at_b = b.shares[side];
-    if (at_a >= 0) clipped_.push_back(a);
-    if (at_a == 0 && at_b < 0) clipped_.back().line = 3 + side;
-    if (at_a * at_b >= 0) continue;
-    const Eigen::Vector3d p = crossing(a.line, side, facet, content);
-    Shares shares = content.at(p);
-    shares[side] = 0;
-    clipped_.push_back({p, shares, at_a > 0 ? 3 + side : a.line});
-  }
-  polygon_.swap(clipped_);
-}
-
-/// Where a line of the polygon meets a side: found by what lies there, in whichever polygon, so
-/// that all that meet there agree to the last bit.
-Eigen::Vector3d ReliefPlacer::crossing(std::size_t line, std::size_t side, const Facet& facet,
-                                       const Content& content) const {
-  if (line >= 3) return landingOn(facet, content.corners[3 - (line - 3) - side]->p);
-  const Eigen::Vector3d *from = &facet[line], *to = &facet[(line + 1) % 3];
-  if (isBefore(*to, *from)) std::swap(from, to);
-  const double at_from = content.sides[side].at(*from), at_to = content.sides[side].at(*to);
-  const double share = at_from == at_to ? 0 : std::clamp(at_from / (at_from - at_to), 0.0, 1.0);
-  return *from + share * (*to - *from);
-}
-
-/// Where content is cast on a facet's plane.
-Eigen::Vector3d ReliefPlacer::landingOn(const Facet& facet, const Eigen::Vector3d& p) const {
-  const Eigen::Vector3d normal = (facet[1] - facet[0]).cross(facet[2] - facet[0]);
-  const Eigen::Vector3d from = cast_.p_eye.value_or(p);
-  const Eigen::Vector3d way = cast_.p_eye ? Eigen::Vector3d(p - from) : -Eigen::Vector3d::UnitZ();
-  return from + normal.dot(facet[0] - from) / normal.dot(way) * way;
-}
-
-/// A vertex of the output.
-std::uint32_t ReliefPlacer::add(const Eigen::Vector3d& p, const Shares& shares,
-                                const Content& content) {
-  const Eigen::Vector3d positive = Eigen::Vector3d(shares[0], shares[1], shares[2]).cwiseMax(0);
-  const Eigen::Vector3d weights = positive / positive.sum();
-  double height = 0;
-  Eigen::Vector4f color = Eigen::Vector4f::Zero();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double weight = weights[static_cast<Eigen::Index>(i)];
-    height += weight * content.corners[i]->p.z();
-    color += static_cast<float>(weight) * content.corners[i]->color;
-  }
-  out_->mesh.points.push_back(T_world_surface_ * p);
-  out_->mesh.colors.push_back(asBytes(color));
-  out_->heights.push_back(height);
-  return static_cast<std::uint32_t>(out_->mesh.points.size() - 1);
 }
 
 }  // namespace afterglow::render

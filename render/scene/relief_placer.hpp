@@ -4,15 +4,14 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <cmath>
-#include <cstddef>
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "render/scene/mesh.hpp"
 #include "render/scene/relief.hpp"
-#include "render/scene/relief_facets.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::render {
@@ -24,83 +23,74 @@ struct LaidMesh {
 };
 
 /// Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
-/// first meets the relief. What would land in a hole, outside the relief, or where the light does
-/// not reach because the relief itself is in its way, is left out. Keeps its buffers, and what it
-/// found out about the relief as long as that, the light and the viewer stay.
+/// first meets the relief. What would land in a hole, outside the relief, or where the relief
+/// itself is in the way of the light or of the viewer's eye, is left out: to the share of a cell
+/// that the nodes around it tell. Remembers what it found out about nodes. Any thread.
 class ReliefPlacer {
  public:
-  /// Which layer follows, and where the light comes from (world). Throws std::logic_error if it has
+  /// What is this near to where light is to land, meters, does not stop it: noise.
+  static constexpr double kTouch = 0.01;
+
+  /// For a layer, and where the light comes from (world). Throws std::logic_error if the layer has
   /// no relief or is not placed on a surface.
-  void begin(const Layer& layer, const Eigen::Vector3d& p_light);
+  ReliefPlacer(const Layer& layer, const Eigen::Vector3d& p_light);
+
+  /// Whether it places everything as one made of these would.
+  bool isFor(const Layer& layer, const Eigen::Vector3d& p_light) const;
 
   double cell() const { return relief_->cell(); }
 
   /// Where a point of the content lands. World coordinates.
   std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
 
-  /// Replaces what `out` held. The relief's facets are cut to the triangles' shadows on them:
-  /// exact, but for what the facets leave out (ReliefFacets). Neighbors share their vertices.
-  void lay(const Mesh& mesh, LaidMesh& out);
+  /// Replaces what `out` held. The relief's triangles are cut to the shadows of the mesh's on them.
+  void lay(const Mesh& mesh, LaidMesh& out) const;
 
  private:
+  /// Of the content, in the surface's frame as all here.
   struct Vertex {
-    Eigen::Vector3d p;  ///< content; surface's frame, as all here
+    Eigen::Vector3d p;
     Eigen::Vector4f color;
   };
-  /// Where an edge of the content is cast.
-  struct Side {
-    Eigen::Vector3d normal, origin;
-    double rounding;  ///< less is zero
-
-    double at(const Eigen::Vector3d& p) const {
-      const double distance = normal.dot(p - origin);
-      return std::abs(distance) <= rounding ? 0 : distance;
-    }
-  };
-  /// Positive on the inside; together, a triangle's shares of its corners.
-  using Shares = std::array<double, 3>;
+  /// A triangle of the content.
   struct Content {
     std::array<const Vertex*, 3> corners;
-    std::array<Side, 3> sides;  ///< each opposite the corner of its number
-    Shares at(const Eigen::Vector3d& p) const {
-      return {sides[0].at(p), sides[1].at(p), sides[2].at(p)};
-    }
+    /// Of a place on the relief: how much of each corner is laid there, negative outside of it.
+    Eigen::Matrix<double, 3, 4> shares;
   };
-  /// A facet being cut. Lines are the facet's edges, and after them the content's.
+  /// A place on the relief: the content's shares of it, and the node's clearance. All of them are
+  /// linear on a triangle of the relief; one below zero is outside.
   struct Corner {
     Eigen::Vector3d p;
-    Shares shares;
-    std::size_t line;  ///< to the next corner
+    Eigen::Vector4d inside;
   };
-  using Facet = std::array<Eigen::Vector3d, 3>;
+  struct Polygon {
+    /// A triangle's; a cut makes one more of them, with rounding at most half as many more.
+    std::array<Corner, 13> corners;
+    std::size_t count = 0;
+  };
+  struct Cells {
+    Eigen::Array2i first, last;
+  };
 
+  Eigen::Vector3d inSurface(const Eigen::Vector3d& p_world) const;
+  double clearance(int column, int row) const;
   std::optional<Eigen::Vector3d> landing(const Eigen::Vector3d& p) const;
-  std::optional<Eigen::Vector3d> spotOf(const Eigen::Vector3d& p) const;
-  double highest() const;
-  void layBelowEye(const std::array<std::uint32_t, 3>& triangle);
-  void layTriangle(const Vertex& a, const Vertex& b, const Vertex& c);
-  Side sideOf(const Vertex& a, const Vertex& b, const Vertex& opposite) const;
-  void findFootprint(const Content& content);
-  std::array<double, 2> columnsIn(int row) const;
-  void layOn(const ReliefFacets::Cell& cell, const Content& content);
-  void cut(const Facet& facet, const Content& content);
-  void cutOff(std::size_t side, const Facet& facet, const Content& content);
-  Eigen::Vector3d crossing(std::size_t line, std::size_t side, const Facet& facet,
-                           const Content& content) const;
-  Eigen::Vector3d landingOn(const Facet& facet, const Eigen::Vector3d& p) const;
-  std::uint32_t add(const Eigen::Vector3d& p, const Shares& shares, const Content& content);
+  std::optional<Content> contentOf(const std::array<const Vertex*, 3>& corners) const;
+  std::optional<Cells> cellsUnder(const Content& content) const;
+  void layOn(int column, int row, const Content& content, LaidMesh& out) const;
+  bool isStretched(const Corner& a, const Corner& b, const Corner& c) const;
+  static void cut(Eigen::Index side, Polygon& polygon);
+  void add(const Polygon& polygon, const Content& content, LaidMesh& out) const;
 
   std::shared_ptr<const Relief> relief_;
-  ReliefFacets facets_;
-  Eigen::Isometry3d T_world_surface_ = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero();
-  ReliefCast cast_;
-  std::vector<Vertex> vertices_;
-  std::vector<Eigen::Vector2d> footprint_;  ///< its hull holds the triangle's; in cells
-  std::vector<Shares> shares_;              ///< of a cell's corners
-  std::vector<std::uint32_t> index_of_;     ///< in the output
-  std::vector<Corner> polygon_, clipped_;
-  LaidMesh* out_ = nullptr;
+  Placement placement_;
+  Eigen::Isometry3d T_world_surface_;
+  Eigen::Vector3d p_world_light_, p_world_viewer_;
+  Eigen::Vector3d p_light_;
+  std::optional<Eigen::Vector3d> p_eye_;  ///< absent: content is laid along z
+  /// By node: of the light's way and the eye's, the lower one; not a number: not looked at.
+  mutable std::vector<std::atomic<float>> clearances_;
 };
 
 }  // namespace afterglow::render

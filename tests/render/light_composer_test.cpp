@@ -84,5 +84,17 @@ TEST_F(LightComposerTest, laysPixelSizedPointsOnAReliefAndLeavesTheirCloudAsItWa
   EXPECT_EQ(pixelCloud(scene.layers[0].drawables[0].shape)->points, cloud.points);
 }
 
+TEST_F(LightComposerTest, keepsWhatItKnowsOfAReliefAsLongAsAllLandsAtTheSamePlaces) {
+  SurfacePatch table = surfaceAt("table", 2, 0.5);
+  table.relief = std::make_shared<Relief>(Eigen::Vector2d(-0.5, -0.5), 0.1, 11, 11,
+                                          std::vector<float>(121, 0.05f));
+  const Scene scene{{layerOn(table), layerOn(table)}};
+  const auto first = composer_.compose(scene, {}).layers[0].relief;
+  EXPECT_EQ(composer_.compose(scene, {}).layers[1].relief, first);
+  Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
+  moved.translation().x() = 0.1;
+  EXPECT_NE(composer_.compose(scene, Rigid<Projector, World>(moved)).layers[0].relief, first);
+}
+
 }  // namespace
 }  // namespace afterglow::render::light_composer_test
