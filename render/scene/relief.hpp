@@ -16,7 +16,7 @@ namespace afterglow::render {
 /// surface's. Never changes; any thread.
 class Relief {
  public:
-  /// One of a cell's triangles: (0, 0), (1, 0), (1, 1) or (0, 0), (1, 1), (0, 1).
+  /// A triangle of a cell: (0, 0), (1, 0), (1, 1) or (0, 0), (1, 1), (0, 1).
   struct Triangle {
     int column, row;
     bool is_lower;
@@ -35,24 +35,24 @@ class Relief {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
   }
-  /// Not a number: unknown.
+  /// Returns the height of a node; not a number: unknown.
   float node(int column, int row) const { return heights_[index(column, row)]; }
   Eigen::Vector3d place(int column, int row) const {
     return {origin_.x() + cell_ * column, origin_.y() + cell_ * row,
             static_cast<double>(node(column, row))};
   }
-  /// Whether a cell is no hole.
+  /// Returns true if a cell is no hole.
   bool isKnown(int column, int row) const;
   double knownShare() const;  ///< of the cells
   /// Bounds of the heights of all cells that are known; least > greatest: there are none.
   double least() const { return least_; }
   double greatest() const { return greatest_; }
 
-  /// Where a point is in cells from the first node.
+  /// Returns a point's place in cells from the first node.
   Eigen::Vector2d inCells(const Eigen::Vector2d& p) const { return (p - origin_) / cell_; }
-  /// The triangle there; absent in a hole and around the grid.
+  /// Returns the triangle at a place; absent in a hole and around the grid.
   std::optional<Triangle> triangleAt(const Eigen::Vector2d& in_cells) const;
-  /// `value(column, row)` of a triangle's nodes, linear between them.
+  /// Mixes the `value(column, row)` of a triangle's nodes linearly.
   template <typename Value>
   static double mixed(const Triangle& t, const Eigen::Vector2d& in_cells, const Value& value) {
     const double x = in_cells.x() - t.column, y = in_cells.y() - t.row;
@@ -62,13 +62,12 @@ class Relief {
   }
   std::optional<double> height(const Eigen::Vector2d& p) const;
 
-  /// Where a descending ray first meets it from above. Absent if it does not, or may have met
-  /// something in a hole before.
+  /// Returns the place where a descending ray first meets the relief from above. Absent if there is
+  /// none, or the ray may have met something in a hole before.
   std::optional<Eigen::Vector3d> firstHit(const Eigen::Vector3d& from,
                                           const Eigen::Vector3d& direction) const;
-  /// How far over the relief the straight way down to a point is where it is lowest, at most
-  /// `touch`; less than 0: something is in the way. What is nearer to the point than `touch` is not
-  /// looked at.
+  /// Returns the least height over the relief of the straight way down to a point, at most `touch`;
+  /// less than 0: something is in the way. The last `touch` of the way is not looked at.
   double clearance(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double touch) const;
 
  private:

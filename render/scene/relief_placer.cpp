@@ -45,7 +45,7 @@ Eigen::Vector3d ReliefPlacer::inSurface(const Eigen::Vector3d& p_world) const {
   return T_world_surface_.inverse() * p_world;
 }
 
-/// Threads that ask for a node at the same time find the same.
+/// Returns a node's clearance. Threads that ask for a node at the same time find the same.
 double ReliefPlacer::clearance(int column, int row) const {
   std::atomic<float>& known = clearances_[relief_->index(column, row)];
   float value = known.load(std::memory_order_relaxed);
@@ -99,7 +99,7 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) const {
   }
 }
 
-/// Absent: the triangle is seen along its edge. A place's shares are those with which the corners
+/// Returns a triangle with its shares; absent: it is seen along its edge. A place's shares are those with which the corners
 /// add up to it, seen from the eye or along z; all that lies before the eye between the corners'
 /// rays has none below zero, be the corners as high as the eye or higher.
 std::optional<ReliefPlacer::Content> ReliefPlacer::contentOf(
@@ -123,7 +123,7 @@ std::optional<ReliefPlacer::Content> ReliefPlacer::contentOf(
   return content;
 }
 
-/// The cells that a triangle of the content can be cast on.
+/// Returns the cells that a triangle of the content can be cast on.
 std::optional<ReliefPlacer::Cells> ReliefPlacer::cellsUnder(const Content& content) const {
   const Eigen::Array2d end(relief_->columns() - 2, relief_->rows() - 2);
   if (relief_->least() > relief_->greatest()) return std::nullopt;
@@ -182,8 +182,8 @@ void ReliefPlacer::layOn(int column, int row, const Content& content, LaidMesh& 
   }
 }
 
-/// Whether what lies on a triangle of the relief would be drawn out much, compared with the plane;
-/// also if the viewer sees its back.
+/// Returns true if content on a triangle of the relief would be drawn out much, compared with the
+/// plane, or if the viewer sees the triangle's back.
 bool ReliefPlacer::isStretched(const Corner& a, const Corner& b, const Corner& c) const {
   const Eigen::Vector3d normal = (b.p - a.p).cross(c.p - a.p);
   const Eigen::Vector3d way =
@@ -191,7 +191,7 @@ bool ReliefPlacer::isStretched(const Corner& a, const Corner& b, const Corner& c
   return !(way.z() < 0) || kMostStretch * normal.dot(way) >= way.z() * normal.norm();
 }
 
-/// To the part that is not outside of a side. Neighbors share the new corners to the last bit: they
+/// Cuts a polygon to the part that is not outside of a side. Neighbors share the new corners to the last bit: they
 /// are reckoned from the same end of an edge.
 void ReliefPlacer::cut(Eigen::Index side, Polygon& polygon) {
   const auto end = polygon.corners.begin() + static_cast<std::ptrdiff_t>(polygon.count);

@@ -22,32 +22,32 @@ struct LaidMesh {
                                 ///< content hides lower content
 };
 
-/// Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
+/// Lays content on a relief. Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
 /// first meets the relief. What would land in a hole, outside the relief, or where the relief
 /// itself is in the way of the light or of the viewer's eye, is left out: to the share of a cell
 /// that the nodes around it tell. Remembers what it found out about nodes. Any thread.
 class ReliefPlacer {
  public:
-  /// What is this near to where light is to land, meters, does not stop it: noise.
+  /// Heights this near to the place where light is to land, meters, do not stop it: noise.
   static constexpr double kTouch = 0.01;
 
-  /// For a layer, and where the light comes from (world). Throws std::logic_error if the layer has
+  /// Takes a layer, and the place that the light comes from (world). Throws std::logic_error if the layer has
   /// no relief or is not placed on a surface.
   ReliefPlacer(const Layer& layer, const Eigen::Vector3d& p_light);
 
-  /// Whether it places everything as one made of these would.
+  /// Returns true if a placer of these would place everything as this one does.
   bool isFor(const Layer& layer, const Eigen::Vector3d& p_light) const;
 
   double cell() const { return relief_->cell(); }
 
-  /// Where a point of the content lands. World coordinates.
+  /// Returns the place where a point of the content lands. World coordinates.
   std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
 
   /// Replaces what `out` held. The relief's triangles are cut to the shadows of the mesh's on them.
   void lay(const Mesh& mesh, LaidMesh& out) const;
 
  private:
-  /// Of the content, in the surface's frame as all here.
+  /// A corner of the content, in the surface's frame as all here.
   struct Vertex {
     Eigen::Vector3d p;
     Eigen::Vector4f color;
@@ -55,7 +55,8 @@ class ReliefPlacer {
   /// A triangle of the content.
   struct Content {
     std::array<const Vertex*, 3> corners;
-    /// Of a place on the relief: how much of each corner is laid there, negative outside of it.
+    /// Maps a place on the relief to the shares of the corners that are laid there; outside, some are
+    /// negative.
     Eigen::Matrix<double, 3, 4> shares;
   };
   /// A place on the relief: the content's shares of it, and the node's clearance. All of them are
@@ -89,7 +90,8 @@ class ReliefPlacer {
   Eigen::Vector3d p_world_light_, p_world_viewer_;
   Eigen::Vector3d p_light_;
   std::optional<Eigen::Vector3d> p_eye_;  ///< absent: content is laid along z
-  /// By node: of the light's way and the eye's, the lower one; not a number: not looked at.
+  /// Each node's clearance on the light's way or the eye's, the lower one; not a number: not yet
+  /// looked at.
   mutable std::vector<std::atomic<float>> clearances_;
 };
 

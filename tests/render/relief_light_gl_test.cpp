@@ -93,7 +93,7 @@ class ReliefLight : public test::GlTest {
       }
     }
     EXPECT_GT(lit, 1500);
-    // Where the bump begins to hide it from the viewer a cell's eighth decides.
+    // Where the bump begins to hide it from the viewer the nodes around decide.
     const int slivers = placement == Placement::Viewer ? lit / 500 : 0;
     EXPECT_LE(wrong, slivers);
     EXPECT_LE(missing, slivers);
