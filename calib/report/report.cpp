@@ -1,17 +1,210 @@
 #include "calib/report/report.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "calib/number_text.hpp"
+#include "calib/report/calibration_yaml.hpp"
 #include "calib/report/certainty.hpp"
-#include "calib/report/parameters.hpp"
-#include "calib/report/view_facts.hpp"
+#include "calib/solver/calibration.hpp"
 
 namespace afterglow::calib {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+struct ViewFacts {
+  double distance_m = 0;  ///< distance from the projector's lens to the board's middle
+  double tilt_deg = 0;    ///< angle between the board's normal and the projector's axis
+  std::string turned;     ///< the direction of the board's face, seen from the projector: an arrow
+  int outliers = 0;       ///< corners
+  std::optional<double> training_mm;  ///< projected_rms_px as millimeters on the board
+};
+
+/// Below this a board faces the projector: the direction of its tilt means nothing.
+constexpr double kFacing_deg = 3;
+
+std::string arrow(const Eigen::Vector3d& n_projector) {
+  static const char* const kArrows[] = {"→", "↘", "↓", "↙", "←", "↖", "↑", "↗"};
+  const double turns = std::atan2(n_projector.y(), n_projector.x()) * kDegrees / 45;
+  return kArrows[(static_cast<int>(std::lround(turns)) + 8) % 8];
+}
+
+struct Plane {
+  Eigen::Vector3d p_projector, n_projector;
+};
+
+std::optional<Eigen::Vector3d> hit(const Lens& projector, const Eigen::Vector2d& pixel,
+                                   const Plane& plane) {
+  const auto ray = unproject(projector, pixel);
+  if (!ray) return std::nullopt;
+  const double scale = plane.n_projector.dot(plane.p_projector) / plane.n_projector.dot(*ray);
+  if (!std::isfinite(scale)) return std::nullopt;
+  return (*ray * scale).eval();
+}
+
+/// Root mean squares' ratio over the view's projected corners.
+std::optional<double> mmPerPixel(const ViewResult& view, const Lens& projector,
+                                 const Plane& board) {
+  double mm2 = 0, px2 = 0;
+  for (const CornerResidual& corner : view.residuals) {
+    if (!corner.is_projected || corner.is_outlier) continue;
+    const auto expected = hit(projector, corner.pattern_px, board);
+    const auto seen = hit(projector, corner.pattern_px + corner.pattern_error_px, board);
+    if (!expected || !seen) continue;
+    mm2 += 1e6 * (*seen - *expected).squaredNorm();
+    px2 += corner.pattern_error_px.squaredNorm();
+  }
+  if (!(px2 > 0)) return std::nullopt;
+  return std::sqrt(mm2 / px2);
+}
+
+/// Returns the facts of a view with a pose (one that has residuals).
+ViewFacts factsOf(const ViewResult& view, const ProjectorEstimate& estimate) {
+  ViewFacts facts;
+  const Rigid<Projector, Surface> T_projector_board =
+      estimate.T_camera_projector.inverse() * view.T_camera_board;
+  const Plane board{T_projector_board.matrix().translation(),
+                    T_projector_board.matrix().linear().col(2)};
+  facts.distance_m = board.p_projector.norm();
+  facts.tilt_deg = std::acos(std::clamp(-board.n_projector.z(), -1.0, 1.0)) * kDegrees;
+  if (facts.tilt_deg >= kFacing_deg) facts.turned = arrow(board.n_projector);
+  for (const CornerResidual& corner : view.residuals) {
+    facts.outliers += corner.is_outlier ? 1 : 0;
+  }
+  const auto scale = mmPerPixel(view, estimate.projector, board);
+  if (scale) facts.training_mm = view.projected_rms_px * *scale;
+  return facts;
+}
+
+int usedViews(const Calibration& calibration) {
+  return static_cast<int>(std::count_if(calibration.views.begin(), calibration.views.end(),
+                                        [](const ViewResult& view) { return view.is_used; }));
+}
+
+constexpr int kLensTerms = 4, kRotation = 12, kTranslation = 15;
+
+/// So many decimals that the deviation has two digits.
+int decimalsFor(double deviation) {
+  if (!(deviation > 0)) return 3;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 9);
+}
+
+/// A hyphen is too short to be seen before a number.
+std::string withMinus(const std::string& number) {
+  return number.rfind('-', 0) == 0 ? "−" + number.substr(1) : number;
+}
+
+Json row(const std::string& name, double value, double deviation, const std::string& unit,
+         const std::string& meaning) {
+  const int decimals = decimalsFor(deviation);
+  const std::string after = unit.empty() || unit == "°" ? unit : " " + unit;
+  const bool is_held = deviation == 0;
+  return {{"name", name},
+          {"value", is_held && value == 0 ? "0" : withMinus(fixedText(value, decimals)) + after},
+          {"deviation", is_held ? Json() : Json("± " + fixedText(deviation, decimals) + after)},
+          {"meaning", meaning}};
+}
+
+class Parameters {
+ public:
+  explicit Parameters(const ProjectorEstimate& estimate) : estimate_(estimate) {}
+
+  double deviation(int index) const {
+    return std::sqrt(std::max(0.0, estimate_.covariance(index, index)));
+  }
+  /// Returns the correlation, between -1 and 1; 0 if either is held fixed.
+  double correlation(int a, int b) const {
+    const double product = deviation(a) * deviation(b);
+    return product > 0 ? estimate_.covariance(a, b) / product : 0;
+  }
+
+  Json lensRows() const {
+    const Eigen::Matrix3d& K = estimate_.projector.K;
+    Json rows = Json::array({row("fx", K(0, 0), deviation(0), "px", "focal length across"),
+                             row("fy", K(1, 1), deviation(1), "px", "focal length down"),
+                             row("cx", K(0, 2), deviation(2), "px", "principal point across"),
+                             row("cy", K(1, 2), deviation(3), "px", "principal point down")});
+    static constexpr const char* kMeanings[] = {"radial, r²",
+                                                "radial, r⁴",
+                                                "tangential",
+                                                "tangential",
+                                                "radial, r⁶",
+                                                "radial, r² of the divisor",
+                                                "radial, r⁴ of the divisor",
+                                                "radial, r⁶ of the divisor"};
+    for (int i = 0; i < 8; ++i) {
+      const double value = estimate_.projector.D[static_cast<std::size_t>(i)];
+      const double sigma = deviation(kLensTerms + i);
+      if (i > 4 && value == 0 && sigma == 0) continue;  // plumb_bob has no divisor
+      rows.push_back(row(kParameterNames[kLensTerms + i].name, value, sigma, "", kMeanings[i]));
+    }
+    return rows;
+  }
+
+  Json poseRows() const {
+    const Eigen::Isometry3d& T = estimate_.T_camera_projector.matrix();
+    const Eigen::AngleAxisd turn(T.linear());
+    const Eigen::Vector3d w = turn.angle() * turn.axis();
+    Json rows = Json::array();
+    static constexpr const char* kAxes[] = {"x", "y", "z"};
+    static constexpr const char* kPlaces[] = {"to the camera’s right", "down", "forward"};
+    for (int i = 0; i < 3; ++i) {
+      rows.push_back(row(std::string("t") + kAxes[i], 1000 * T.translation()[i],
+                         1000 * deviation(kTranslation + i), "mm",
+                         std::string("where the projector’s lens is, ") + kPlaces[i]));
+    }
+    for (int i = 0; i < 3; ++i) {
+      rows.push_back(row(std::string("w") + kAxes[i], kDegrees * w[i],
+                         kDegrees * deviation(kRotation + i), "°",
+                         std::string("rotation vector, about ") + kAxes[i]));
+    }
+    return rows;
+  }
+
+ private:
+  const ProjectorEstimate& estimate_;
+};
+
+/// Returns the facts that a projector's buyer asks for.
+Json lensFacts(const Lens& lens) {
+  const double shift = (lens.K(1, 2) - 0.5 * (lens.height - 1)) / lens.height;
+  const auto low = unproject(lens, {-0.5, 0.5 * (lens.height - 1)});
+  const auto high = unproject(lens, {lens.width - 0.5, 0.5 * (lens.height - 1)});
+  Json data = {{"throw_ratio", lens.K(0, 0) / lens.width},
+               {"wide_deg", nullptr},
+               {"shift", std::abs(shift)},
+               {"shift_side", shift > 0 ? "below" : "above"},
+               {"pixel_mm", 1000 / lens.K(0, 0)}};
+  if (low && high) {
+    data["wide_deg"] = kDegrees * std::atan2(low->cross(*high).norm(), low->dot(*high));
+  }
+  return data;
+}
+
+/// Returns how principal point and rotation trade off against each other; null if either is held
+/// fixed.
+Json tradeOff(const Parameters& parameters) {
+  const double across = parameters.correlation(2, kRotation + 1);
+  const double down = parameters.correlation(3, kRotation);
+  if (across == 0 && down == 0) return nullptr;
+  return {{"across", withMinus(fixedText(across, 3))}, {"down", withMinus(fixedText(down, 3))}};
+}
+
+/// Adds lens and pose of reportData. Values and deviations are texts with their unit: so many
+/// decimals that the deviation has two digits.
+void addParameters(const ProjectorEstimate& estimate, Json& data) {
+  const Parameters parameters(estimate);
+  data["lens"] = lensFacts(estimate.projector);
+  data["lens"]["parameters"] = parameters.lensRows();
+  data["pose"] = {{"apart_mm", 1000 * estimate.T_camera_projector.matrix().translation().norm()},
+                  {"parameters", parameters.poseRows()},
+                  {"trade_off", tradeOff(parameters)}};
+}
 
 /// The distance from the projector of the points by which two calibrations are compared.
 constexpr double kDriftDistance_m = 2;

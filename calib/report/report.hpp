@@ -41,7 +41,7 @@ nlohmann::ordered_json reportData(const Calibration& calibration,
                                   const std::string& date, const ReportFacts& facts = {});
 
 /// name, is_used, reason, printed, projected (corners); of a used view also outliers, distance_m,
-/// tilt_deg, turned (view_facts.hpp), training_px, training_mm, held_out_px, held_out_mm (null: not
+/// tilt_deg, turned (an arrow), training_px, training_mm, held_out_px, held_out_mm (null: not
 /// measured).
 nlohmann::ordered_json viewData(const ViewResult& view, const ProjectorEstimate& estimate);
 

@@ -12,10 +12,8 @@
 #include "calib/median.hpp"
 #include "calib/parallel.hpp"
 #include "calib/solver/beam.hpp"
-#include "calib/solver/cross_validation.hpp"
 #include "calib/solver/linear_start.hpp"
 #include "calib/solver/outcome.hpp"
-#include "calib/solver/reach.hpp"
 #include "calib/solver/refine.hpp"
 #include "calib/solver/refusals.hpp"
 

@@ -7,7 +7,6 @@
 #include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
-#include "render/gl/surface_target.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {

@@ -16,7 +16,6 @@
 #include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
 #include "render/gl/solid_mesh.hpp"
-#include "render/gl/surface_target.hpp"
 #include "render/gl/thrown_light.hpp"
 
 namespace afterglow::render {

@@ -8,7 +8,6 @@
 #include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
-#include "render/gl/surface_target.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "render/compose/triangle_projector.hpp"
 #include "render/compose/workers.hpp"
-#include "render/paint/letter_projector.hpp"
 #include "render/paint/outline_projector.hpp"
 #include "render/paint/sprites.hpp"
 

@@ -99,9 +99,10 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) const {
   }
 }
 
-/// Returns a triangle with its shares; absent: it is seen along its edge. A place's shares are those with which the corners
-/// add up to it, seen from the eye or along z; all that lies before the eye between the corners'
-/// rays has none below zero, be the corners as high as the eye or higher.
+/// Returns a triangle with its shares; absent: it is seen along its edge. A place's shares are
+/// those with which the corners add up to it, seen from the eye or along z; all that lies before
+/// the eye between the corners' rays has none below zero, be the corners as high as the eye or
+/// higher.
 std::optional<ReliefPlacer::Content> ReliefPlacer::contentOf(
     const std::array<const Vertex*, 3>& corners) const {
   const Eigen::Vector3d &a = corners[0]->p, &b = corners[1]->p, &c = corners[2]->p;
@@ -191,8 +192,8 @@ bool ReliefPlacer::isStretched(const Corner& a, const Corner& b, const Corner& c
   return !(way.z() < 0) || kMostStretch * normal.dot(way) >= way.z() * normal.norm();
 }
 
-/// Cuts a polygon to the part that is not outside of a side. Neighbors share the new corners to the last bit: they
-/// are reckoned from the same end of an edge.
+/// Cuts a polygon to the part that is not outside of a side. Neighbors share the new corners to the
+/// last bit: they are reckoned from the same end of an edge.
 void ReliefPlacer::cut(Eigen::Index side, Polygon& polygon) {
   const auto end = polygon.corners.begin() + static_cast<std::ptrdiff_t>(polygon.count);
   const auto isOutside = [side](const Corner& corner) { return corner.inside[side] < 0; };

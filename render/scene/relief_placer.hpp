@@ -22,17 +22,18 @@ struct LaidMesh {
                                 ///< content hides lower content
 };
 
-/// Lays content on a relief. Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
-/// first meets the relief. What would land in a hole, outside the relief, or where the relief
-/// itself is in the way of the light or of the viewer's eye, is left out: to the share of a cell
-/// that the nodes around it tell. Remembers what it found out about nodes. Any thread.
+/// Lays content on a relief. Drape: along the plane's normal. Viewer: where the ray from the
+/// viewer's eye through the content first meets the relief. What would land in a hole, outside the
+/// relief, or where the relief itself is in the way of the light or of the viewer's eye, is left
+/// out: to the share of a cell that the nodes around it tell. Remembers what it found out about
+/// nodes. Any thread.
 class ReliefPlacer {
  public:
   /// Heights this near to the place where light is to land, meters, do not stop it: noise.
   static constexpr double kTouch = 0.01;
 
-  /// Takes a layer, and the place that the light comes from (world). Throws std::logic_error if the layer has
-  /// no relief or is not placed on a surface.
+  /// Takes a layer, and the place that the light comes from (world). Throws std::logic_error if the
+  /// layer has no relief or is not placed on a surface.
   ReliefPlacer(const Layer& layer, const Eigen::Vector3d& p_light);
 
   /// Returns true if a placer of these would place everything as this one does.
@@ -55,8 +56,8 @@ class ReliefPlacer {
   /// A triangle of the content.
   struct Content {
     std::array<const Vertex*, 3> corners;
-    /// Maps a place on the relief to the shares of the corners that are laid there; outside, some are
-    /// negative.
+    /// Maps a place on the relief to the shares of the corners that are laid there; outside, some
+    /// are negative.
     Eigen::Matrix<double, 3, 4> shares;
   };
   /// A place on the relief: the content's shares of it, and the node's clearance. All of them are

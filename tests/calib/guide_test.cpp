@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "calib/guide/advice.hpp"
 #include "tests/support/held_board.hpp"
 
 namespace afterglow::calib::guide_test {

@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "calib/detection/tag_detector.hpp"
-#include "calib/solver/reach.hpp"
 #include "calib/solver/refusals.hpp"
 #include "calib/solver/solve.hpp"
 #include "tests/support/synthetic_rig.hpp"
