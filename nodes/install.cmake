@@ -9,7 +9,7 @@ install(TARGETS afterglow_guard recorder_node speaker_node
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play
   afterglow_render afterglow_replay_guard ask_node calibrator_node
-  fake_fetch_node kitting_demo observer_node player_node
+  fake_fetch_node kitting_demo player_node
   projector_node static_transform_node turret_tf_node)
 install(TARGETS ${programs} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT nodes)
 install(CODE "

@@ -1,5 +1,5 @@
-// The projector's light on the dust in the air, as far as it is seen before what is behind it:
-// linear RGB, at a quarter of the picture's size.
+// The projector's light on the dust in the air, as far as it is seen before what is behind it, and
+// the halo of what it lights: linear RGB, at a quarter of the picture's size.
 uniform sampler2D depths;              // of the picture
 uniform sampler2D glow;                // what the projector sends, blurred; linear
 uniform sampler2DShadow shadow_map;    // depths from the projector
@@ -7,6 +7,8 @@ uniform vec2 ray_span;                 // tangents of half the view's angles, ac
 uniform float near;                    // of the picture's depths, meters
 uniform mat4 P_shadow_observer;        // observer's frame to the shadow map's clip coordinates
 uniform float dust;                    // light that a meter of air sends on
+uniform sampler2D halo;                // blurred; smaller than this
+uniform float glare;                   // share of the light that is seen around it
 
 out vec4 beam;
 
@@ -35,5 +37,6 @@ void main() {
     vec3 light = textureLod(glow, there.xy, 0.0).rgb * textureLod(shadow_map, there, 0.0);
     sum += clip.w > 0.0 ? light / (clip.w * clip.w + 0.10) : vec3(0.0);
   }
-  beam = vec4(sum * (pace * length(ray) * dust), 1.0);
+  vec3 around = glare * textureLod(halo, (vec2(at) + 0.5) / vec2(size), 0.0).rgb;
+  beam = vec4(sum * (pace * length(ray) * dust) + around, 1.0);
 }

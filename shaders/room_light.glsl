@@ -1,4 +1,4 @@
-// A dimmed room's own light. Linear RGB.
+// The light of a room that is darkened for a projection. Linear RGB.
 
 // One lamp above, a soft sky, and what the walls throw back from the other side. `reached` is how
 // much of the lamp (x) and of the sky (y) is seen from there.
@@ -10,5 +10,5 @@ vec3 roomLight(vec3 n_world, vec2 reached) {
   vec3 back = thrown_back * max(0.4 + 0.6 * dot(n_world, n_back), 0.0);
   // The lamp is a wide one: what takes the sky takes some of it, too.
   float lit = reached.x * max(dot(n_world, n_lamp), 0.0) * (0.55 + 0.45 * reached.y);
-  return reached.y * (sky + back) + lit * lamp;
+  return 0.145 * (reached.y * (sky + back) + lit * lamp);
 }

@@ -15,6 +15,11 @@ vec3 exposed(vec3 light) {
   return light * (min(kept, 1.0) / most);
 }
 
+// Half a level of noise, so that dark slopes show no bands (Jimenez 2014).
+float noise(vec2 p) {
+  return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715)))) - 0.5;
+}
+
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec2 uv = gl_FragCoord.xy / vec2(textureSize(reflected, 0));
@@ -27,5 +32,6 @@ void main() {
   vec2 aside = uv - 0.5;
   float vignette = 1.0 - 0.55 * dot(aside, aside);
   vec3 behind = normal.a == 0.0 ? linearFromSrgb(background) : albedo * light * vignette;
-  seen = vec4(srgbFromLinear(exposed(max(behind + airAt(uv), 0.0))), 1.0);
+  vec3 shown = srgbFromLinear(exposed(max(behind + airAt(uv), 0.0)));
+  seen = vec4(shown + noise(gl_FragCoord.xy) / 255.0, 1.0);
 }

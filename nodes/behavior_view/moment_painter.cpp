@@ -161,8 +161,8 @@ render::Image MomentPainter::picture() {
   return observed_ ? observed_->seeAt(width(), now_, snapshot_, lensImage()) : projected();
 }
 
-render::Image MomentPainter::filmed(const Caption& caption, CaptionPainter& painter) {
-  return observed_.value().seeFilmed(now_, snapshot_, lensImage(), caption, painter);
+render::Image MomentPainter::room(int width, int height) {
+  return observed_.value().seeAt(width, height, now_, snapshot_, lensImage());
 }
 
 MomentJpeg MomentPainter::jpeg() { return {jpegOf(picture()), whyDark(isLit())}; }

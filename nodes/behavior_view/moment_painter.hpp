@@ -78,14 +78,17 @@ class MomentPainter {
   render::Image projected();
   /// The image as the view has it: projected(), or the room that it lights.
   render::Image picture();
-  /// The room as a film shows it. Needs the view of a bystander.
-  render::Image filmed(const Caption& caption, CaptionPainter& painter);
+  /// The room in another size. Needs the view of a bystander.
+  render::Image room(int width, int height);
+  /// Whether the last picture shows something that is gone.
+  bool hasGhosts() const { return observed_ && observed_->hasGhosts(); }
+  /// The image through the lens, without what is done to what is sent.
+  const render::Image& lensImage();
   /// picture() as JPEG, with the reasons of what is dark.
   MomentJpeg jpeg();
 
  private:
   void restart();
-  const render::Image& lensImage();
 
   const replay::Store& store_;
   const replay::Behavior behavior_;

@@ -18,6 +18,7 @@ namespace {
 constexpr double kVerticalFov = 0.75;  // radians; a picture on a wall is seen so
 constexpr int kLooks = 40;             // at a recording, to see where it took place
 constexpr double kFarthestLight_m = 3;
+constexpr double kWalk_s = 1.4;  // that a bystander takes to come near, and back
 
 Eigen::Vector3d pointOf(const std::string& option, const std::string& text) {
   Eigen::Vector3d point;
@@ -35,12 +36,12 @@ Eigen::Vector3d pointOf(const std::string& option, const std::string& text) {
   return point;
 }
 
-Look placeIn(const RoomView& room, const ObserverOptions& options) {
-  if (options.place.empty()) return room.look;
+Place placeIn(const RoomView& room, const ObserverOptions& options) {
+  if (options.place.empty()) return room.place;
   const auto found = room.others.find(options.place);
   if (found != room.others.end()) return found->second;
   std::vector<std::string> names;
-  for (const auto& [name, look] : room.others) names.push_back(name);
+  for (const auto& [name, place] : room.others) names.push_back(name);
   throw std::runtime_error(fmt::format("{}: has no place '{}' to look from; it has: {}",
                                        options.room, options.place, fmt::join(names, ", ")));
 }
@@ -75,19 +76,21 @@ RoomView roomOfRecording(const replay::Store& store, const replay::Behavior& beh
 RoomView givenRoom(const ProjectorConfig& config, const ObserverOptions& options) {
   RoomView room;
   room.fixed_frame = config.fixed_frame;
-  room.look.vertical_fov = kVerticalFov;
+  room.place.look.vertical_fov = kVerticalFov;
   if (!options.room.empty()) {
     room = loadRoomView(options.room);
     if (room.fixed_frame != config.fixed_frame) {
       throw std::runtime_error(options.room + ": is of the frame '" + room.fixed_frame +
                                "', the configuration of '" + config.fixed_frame + "'");
     }
-    room.look = placeIn(room, options);
+    room.place = placeIn(room, options);
   }
   if (options.eye.empty()) return room;
-  room.look.p_eye = pointOf("--eye", options.eye);
-  room.look.p_target = pointOf("--look-at", options.look_at);
-  if ((room.look.p_target - room.look.p_eye).head<2>().norm() < 1e-3) {
+  Look& look = room.place.look;
+  room.place.near.reset();
+  look.p_eye = pointOf("--eye", options.eye);
+  look.p_target = pointOf("--look-at", options.look_at);
+  if ((look.p_target - look.p_eye).head<2>().norm() < 1e-3) {
     throw std::runtime_error("--look-at should not be straight above or below --eye");
   }
   return room;
@@ -160,11 +163,16 @@ ObservedPictures::ObservedPictures(render::GlContext& context, const replay::Sto
                      : givenRoom(config, options)),
       robot_(robotOf(config, options.urdf, recordedDescription(store, behavior))),
       renderer_(context) {
+  if (!options.size.empty()) {
+    room_view_.width = options.size.at(0);
+    room_view_.height = options.size.at(1);
+  }
   restart();
 }
 
 void ObservedPictures::restart() {
   frames_.reset();
+  last_.reset();
   room_.emplace(store_, behavior_, roomSolidsConfig(fixed_frame_));
   frames_.emplace(room_->transforms(), fixed_frame_);
 }
@@ -177,7 +185,7 @@ std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
   };
   const Eigen::Vector3d p_world_projector =
       snapshot.T_projector_world ? snapshot.T_projector_world->inverse().matrix().translation()
-                              : Eigen::Vector3d(room_view_.look.p_target);
+                                 : Eigen::Vector3d(room_view_.place.look.p_target);
   add(surfaceSolids(room_view_.shell.empty() ? snapshot.scene : withoutFloors(snapshot.scene),
                     p_world_projector));
   add(solidsOf(room_->at(moment).scene));
@@ -186,31 +194,39 @@ std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
   return all;
 }
 
-Shot ObservedPictures::shoot(replay::Stamp moment, const SceneSnapshot& snapshot,
-                             render::Image projected) {
-  Shot shot;
-  shot.ros_ns = moment.ns;
-  shot.solids = solids(moment, snapshot);
-  shot.look = room_view_.look;
-  if (snapshot.T_projector_world) {
-    shot.light = render::ProjectedLight{lens_, *snapshot.T_projector_world, std::move(projected)};
+// The way begins and ends gently. A single picture is seen from where the bystander would have
+// gone.
+Look ObservedPictures::lookAt(replay::Stamp moment, bool is_lit) {
+  const double walked = last_ ? static_cast<double>(moment.ns - last_->ns) * 1e-9 / kWalk_s : 1;
+  closeness_ = std::clamp(closeness_ + (is_lit ? walked : -walked), 0.0, 1.0);
+  last_ = moment;
+  const Place& place = room_view_.place;
+  Look near = place.near.value_or(place.look);
+  if (!place.near_frame.empty()) {
+    const auto T_world_frame = frames_->at(place.near_frame, ros::Time(0));
+    if (!T_world_frame) return place.look;
+    near.p_eye += T_world_frame->translation();
+    near.p_target += T_world_frame->translation();
   }
-  return shot;
+  return between(place.look, near, closeness_ * closeness_ * (3 - 2 * closeness_));
 }
 
 render::Image ObservedPictures::seeAt(int width, replay::Stamp moment,
                                       const SceneSnapshot& snapshot, render::Image projected) {
-  const Shot shot = shoot(moment, snapshot, std::move(projected));
-  return renderer_.render(shot.solids, shot.light ? &*shot.light : nullptr,
-                          viewFrom(shot.look, width, heightOf(width)));
+  return seeAt(width, heightOf(width), moment, snapshot, std::move(projected));
 }
 
-render::Image ObservedPictures::seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
-                                          render::Image projected, const Caption& caption,
-                                          CaptionPainter& painter) {
-  Shot shot = shoot(moment, snapshot, std::move(projected));
-  shot.caption = caption;
-  return paintShot(shot, renderer_, painter, width(), height(), true);
+render::Image ObservedPictures::seeAt(int width, int height, replay::Stamp moment,
+                                      const SceneSnapshot& snapshot, render::Image projected) {
+  const std::vector<render::Drawable> solids = this->solids(moment, snapshot);
+  has_ghosts_ = std::any_of(solids.begin(), solids.end(),
+                            [](const auto& solid) { return solid.color.a < 1; });
+  const Look look = lookAt(moment, isLit(projected));
+  std::optional<render::ProjectedLight> light;
+  if (snapshot.T_projector_world) {
+    light = render::ProjectedLight{lens_, *snapshot.T_projector_world, std::move(projected)};
+  }
+  return renderer_.render(solids, light ? &*light : nullptr, viewFrom(look, width, height));
 }
 
 }  // namespace afterglow::nodes

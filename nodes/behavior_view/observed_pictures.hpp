@@ -11,7 +11,6 @@
 
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/observer/room_view.hpp"
-#include "nodes/observer/shot.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "render/gl/observer_renderer.hpp"
 
@@ -22,8 +21,9 @@ struct ObserverOptions {
   std::string room;          ///< file, as assets/demo/view.yaml
   std::string place;         ///< place to look from, one of the room's
   std::string urdf;
+  std::vector<int> size;  ///< width, height, pixels; empty: the room's
 
-  bool isGiven() const { return !(eye + room + urdf).empty(); }
+  bool isGiven() const { return !(eye + room + urdf).empty() || !size.empty(); }
 };
 
 /// --eye, --look-at, --room, --place and --urdf.
@@ -50,18 +50,17 @@ class ObservedPictures {
   /// Moments must not decrease.
   render::Image seeAt(int width, replay::Stamp moment, const SceneSnapshot& snapshot,
                       render::Image projected);
-  /// Draws the room in its own size as a film shows it: stripHeight() higher, the projector's image
-  /// in a corner.
-  render::Image seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
-                          render::Image projected, const Caption& caption,
-                          CaptionPainter& painter);
+  render::Image seeAt(int width, int height, replay::Stamp moment, const SceneSnapshot& snapshot,
+                      render::Image projected);
+  /// Whether the last picture shows something that is gone.
+  bool hasGhosts() const { return has_ghosts_; }
 
   /// Begins anew: now moments may lie before the last one.
   void restart();
 
  private:
+  Look lookAt(replay::Stamp moment, bool is_lit);
   std::vector<render::Drawable> solids(replay::Stamp moment, const SceneSnapshot& snapshot);
-  Shot shoot(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
 
   const replay::Store& store_;
   const replay::Behavior behavior_;
@@ -72,6 +71,9 @@ class ObservedPictures {
   std::optional<FrameLookup> frames_;
   std::optional<RobotModel> robot_;
   render::ObserverRenderer renderer_;
+  bool has_ghosts_ = false;
+  std::optional<replay::Stamp> last_;  ///< of the pictures; empty: none since the beginning
+  double closeness_ = 0;               ///< 0 at the place, 1 near to what is lit
 };
 
 }  // namespace afterglow::nodes

@@ -3,8 +3,6 @@
 #include <afterglow/AskActionGoal.h>
 #include <afterglow/StartRecording.h>
 #include <fmt/format.h>
-#include <std_msgs/String.h>
-#include <std_srvs/Trigger.h>
 
 namespace afterglow::nodes {
 namespace {
@@ -19,12 +17,6 @@ StopRecordingResponse stopRecording(std::int64_t id, const std::string& outcome)
     throw TaskError("recorder_node did not stop recording: " + call.response.message);
   }
   return call.response;
-}
-
-void publishText(const ros::Publisher& publisher, const std::string& text) {
-  std_msgs::String message;
-  message.data = text;
-  publisher.publish(message);
 }
 
 }  // namespace
@@ -115,41 +107,9 @@ ReplayResult AskClient::ask(const std::string& question, double duration_s,
   return replay_->result;
 }
 
-Bystander::Bystander()
-    : look_(node_.advertise<std_msgs::String>("look", 10)),
-      caption_(node_.advertise<std_msgs::String>("caption", 10)),
-      asked_(node_.advertise<std_msgs::String>("asked", 10)),
-      key_frame_(node_.advertise<std_msgs::String>("key_frame", 10)) {}
-
-void Bystander::waitUntilReady(double seconds) {
-  const auto is_heard = [this] {
-    return look_.getNumSubscribers() > 0 && caption_.getNumSubscribers() > 0 &&
-           asked_.getNumSubscribers() > 0 && key_frame_.getNumSubscribers() > 0;
-  };
-  if (!waitUntil(is_heard, seconds)) throw TaskError("observer_node is not there");
-}
-
-void Bystander::look(const std::string& place) { publishText(look_, place); }
-
-void Bystander::caption(const std::string& tag, const std::string& text) {
-  publishText(caption_, tag + "|" + text);
-}
-
-void Bystander::asks(const std::string& question) { publishText(asked_, question); }
-
-void Bystander::takeImage(const std::string& name) { publishText(key_frame_, name); }
-
-std::int64_t Bystander::finishFilm() {
-  std_srvs::Trigger finish;
-  if (!ros::service::call("/observer_node/finish", finish) || !finish.response.success) {
-    throw TaskError("observer_node did not finish the film: " + finish.response.message);
-  }
-  return std::stoll(finish.response.message);
-}
-
 void expectAllNodes() {
   for (const char* node : {"/fake_fetch", "/projector_node", "/recorder_node", "/player_node",
-                           "/ask_node", "/speaker_node", "/observer_node"}) {
+                           "/ask_node", "/speaker_node"}) {
     // Every node of roscpp has this service.
     if (!ros::service::exists(std::string(node) + "/get_loggers", false)) {
       throw TaskError(std::string(node) + " is not there any more");

@@ -1,5 +1,5 @@
 /// \file
-/// The demo's calls to recorder_node, ask_node and observer_node. Every method may throw
+/// The demo's calls to recorder_node and ask_node. Every method may throw
 /// TaskError, one line that names who did not do what; all need a running spinner.
 #pragma once
 
@@ -46,26 +46,6 @@ class AskClient {
   std::optional<AskResult> answer_;
   std::optional<ReplayActionResult> replay_;
   ros::Subscriber feedback_, answers_, replays_;
-};
-
-/// What a bystander sees, and the film of it.
-class Bystander {
- public:
-  Bystander();
-  void waitUntilReady(double seconds);
-  /// From which of the view file's other places; empty: from the usual one.
-  void look(const std::string& place);
-  void caption(const std::string& tag, const std::string& text);
-  /// A human asks the robot: shown and heard in the film.
-  void asks(const std::string& question);
-  /// Saves the next image as NAME.png, the projector's as NAME_projector.png.
-  void takeImage(const std::string& name);
-  /// Ends the film; it is in place then. Its first image's ROS time.
-  std::int64_t finishFilm();
-
- private:
-  ros::NodeHandle node_{"/observer_node"};
-  ros::Publisher look_, caption_, asked_, key_frame_;
 };
 
 /// Whoever died on the way took part of the demo with them.

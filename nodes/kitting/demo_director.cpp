@@ -13,8 +13,6 @@
 #include "calib/camera_info_file.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
-#include "nodes/speaker/speech_log.hpp"
-#include "nodes/tools/side_by_side.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -23,10 +21,6 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
-constexpr double kCardSeconds = 2.5;
-constexpr double kWalkSeconds = 1.3;      // that the bystander takes to another place
-constexpr double kQuestionSeconds = 2.6;  // to be asked in
-constexpr double kShortFilmSeconds = 19;
 constexpr double kBeat = 0.2;  // seconds after a behavior, until tf tells its end
 
 // The nodes may still be starting.
@@ -57,7 +51,12 @@ std::string imageName(const std::string& behavior, const std::string& moment, co
   return name;
 }
 
-std::int64_t nowNs() { return static_cast<std::int64_t>(ros::Time::now().toNSec()); }
+/// Topics of a behavior's replay: also the question, and where the player was when.
+std::vector<std::string> replayTopics() {
+  std::vector<std::string> topics = kittingTopics();
+  topics.insert(topics.end(), {"/ask/goal", "/player_node/status"});
+  return topics;
+}
 
 /// While it lives its name stands on the terminal; then a line that says how it went.
 class Stage {
@@ -91,10 +90,11 @@ DemoDirector::DemoDirector(const DemoFolders& folders)
              calib::loadCameraInfo(folders.assets + "/projector_camera_info.yaml").lens),
       room_(loadThings(folders.assets + "/room.urdf")),
       task_(robot_, room_,
-            {[this](const std::string& moment) { onMoment(moment); },
-             [this] { showRoom(); }, [this] { say(); }}),
-      solids_(ros::NodeHandle().advertise<visualization_msgs::MarkerArray>("/room/solids", 1,
-                                                                           true)),
+            {[this](const std::string& moment) { onMoment(moment); }, [this] { showRoom(); },
+             [this] { say(); }}),
+      films_(folders),
+      solids_(
+          ros::NodeHandle().advertise<visualization_msgs::MarkerArray>("/room/solids", 1, true)),
       obstacles_(ros::NodeHandle().advertise<geometry_msgs::PoseArray>("/obstacles", 1, true)) {
   static_tf_.sendTransform(room_.surfaces());
 }
@@ -112,12 +112,12 @@ DemoReport DemoDirector::run() {
     replay(report_.behaviors.at(i), story_.behaviors[i]);
   }
   expectAllNodes();
-  finishFilm();
+  finishFilms();
   report_.wall_s = (ros::WallTime::now() - begin).toSec();
   return report_;
 }
 
-/// To the bystander, and to the robot's laser.
+/// To the recorder, and to the robot's laser.
 void DemoDirector::showRoom() {
   solids_.publish(room_.markers());
   obstacles_.publish(room_.obstacles());
@@ -135,11 +135,9 @@ void DemoDirector::waitUntilReady() {
   Stage stage("Starting robot, projector, recorder, player");
   robot_.waitUntilReady(kStartUp);
   robot_asked_.waitUntilReady(kStartUp);
-  bystander_.waitUntilReady(kStartUp);
   if (!ros::service::waitForService("/recorder_node/start_recording", ros::Duration(kStartUp))) {
     throw TaskError("recorder_node is not there");
   }
-  bystander_.caption(story_.title, story_.subtitle);
   showRoom();
   // Who replays the first one later, with --to-start, has the arm go this way.
   recordBehavior("unfold", kittingTopics(), [this] { task_.prepare(); });
@@ -154,9 +152,6 @@ EndPose DemoDirector::endPose() const {
 
 void DemoDirector::record(const BehaviorStory& behavior) {
   Stage stage("Doing and recording '" + behavior.name + "'");
-  bystander_.look(behavior.name);
-  bystander_.caption(story_.live_tag, behavior.caption);
-  sleepFor(kWalkSeconds);
   MeasuredBehavior& measured = report_.behaviors.emplace_back();
   measured.says = behavior.says;
   const auto result = recordBehavior(behavior.name, kittingTopics(), [&] {
@@ -186,10 +181,8 @@ void DemoDirector::onMoment(const std::string& moment) {
   KeyFrame frame;
   frame.moment = moment;
   frame.offset_s = (ros::WallTime::now() - recording_began_).toSec();
-  frame.live_ns = nowNs();
   frame.live = imageName(recorded_->name, moment, "recorded");
   frame.replay = imageName(recorded_->name, moment, "replayed");
-  bystander_.takeImage(frame.live);
   report_.behaviors.back().key_frames.push_back(frame);
 }
 
@@ -222,8 +215,6 @@ void DemoDirector::readStore(MeasuredBehavior& measured) const {
 
 void DemoDirector::removeObjects() {
   Stage stage("Taking the objects away, the robot back to start");
-  bystander_.look("");
-  bystander_.caption("", story_.later);
   room_.removeObjects();
   showRoom();
   std_srvs::Trigger reset;
@@ -231,7 +222,6 @@ void DemoDirector::removeObjects() {
     throw TaskError("the robot was not put back to its start: " + reset.response.message);
   }
   sleepFor(0.3);
-  bystander_.look(story_.behaviors.front().name);
   task_.prepare();
   robot_.leaveGraph();
   stage.done("");
@@ -239,25 +229,23 @@ void DemoDirector::removeObjects() {
 
 void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behavior) {
   Stage stage("Asking '" + behavior.question + "'");
-  bystander_.look(behavior.name);
-  bystander_.caption(story_.replay_tag, "");
-  bystander_.asks(behavior.question);
-  measured.asked_ns = nowNs();
-  Shown shown;
-  onReplayed(0, measured, shown);
-  sleepFor(kQuestionSeconds);
-  const ros::WallTime begin = ros::WallTime::now();
-  const ReplayResult result =
-      robot_asked_.ask(behavior.question, durationOf(measured.behavior),
-                       [&](double position) { onReplayed(position, measured, shown); });
-  measured.replay_s = (ros::WallTime::now() - begin).toSec();
-  sleepFor(kBeat);
-  measured.replay_end_ns = nowNs();
-  measured.replay_end = endPose();
+  ReplayResult result;
+  const auto recorded = recordBehavior(behavior.name + "_replayed", replayTopics(), [&] {
+    recording_began_ = ros::WallTime::now();
+    Shown shown;
+    onReplayed(0, measured, shown);
+    result = robot_asked_.ask(behavior.question, durationOf(measured.behavior),
+                              [&](double position) { onReplayed(position, measured, shown); });
+    measured.replay_s = (ros::WallTime::now() - recording_began_).toSec();
+    sleepFor(kBeat);
+    measured.replay_end = endPose();
+  });
+  measured.replay_id = recorded.behavior_id;
   measured.player_report = nlohmann::json::parse(result.report);
   if (result.behavior_id != measured.behavior.id) {
     throw TaskError("'" + behavior.question + "' found another behavior");
   }
+  films_.begin(measured, behavior);
   stage.done(fmt::format("replays '{}', p99 lateness {:.2f} ms", behavior.name,
                          latenessOf(measured.player_report).p99_ms));
 }
@@ -266,8 +254,7 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
 void DemoDirector::onReplayed(double position, MeasuredBehavior& measured, Shown& shown) {
   auto& frames = measured.key_frames;
   if (shown.frames < frames.size() && position >= frames[shown.frames].offset_s) {
-    frames[shown.frames].replay_ns = nowNs();
-    bystander_.takeImage(frames[shown.frames++].replay);
+    frames[shown.frames++].replay_offset_s = (ros::WallTime::now() - recording_began_).toSec();
   }
   const auto& rooms = rooms_then_[measured.behavior.name];
   if (shown.rooms < rooms.size() && position >= rooms[shown.rooms].offset_s) {
@@ -277,43 +264,11 @@ void DemoDirector::onReplayed(double position, MeasuredBehavior& measured, Shown
   }
 }
 
-void DemoDirector::finishFilm() {
-  Stage stage("Putting video and speech together");
-  bystander_.caption(story_.title, story_.subtitle);
-  bystander_.look("");
-  sleepFor(kCardSeconds);
-  const std::int64_t begin_ns = bystander_.finishFilm();
+void DemoDirector::finishFilms() {
+  Stage stage("Rendering the films");
+  films_.finish(folders_.out + "/" + report_.video);
+  for (MeasuredBehavior& each : report_.behaviors) each.film = each.behavior.name + ".mp4";
   stage.done(report_.video);
-  for (MeasuredBehavior& each : report_.behaviors) makeShortFilm(each, begin_ns);
-}
-
-void DemoDirector::makeShortFilm(MeasuredBehavior& measured, std::int64_t film_begin_ns) const {
-  const auto filmed = [&](std::int64_t ns) {
-    return static_cast<double>(ns - film_begin_ns) * 1e-9;
-  };
-  Stage stage("Showing '" + measured.behavior.name + "' then and now");
-  std::vector<FilmMoment> moments;
-  for (const KeyFrame& frame : measured.key_frames) {
-    if (frame.replay_ns != 0) moments.push_back({filmed(frame.live_ns), filmed(frame.replay_ns)});
-  }
-  std::vector<FilmSpan> speech;
-  const double asked_s = filmed(measured.asked_ns), end_s = filmed(measured.replay_end_ns);
-  for (const Utterance& said : readSpeechLog(folders_.out + "/speech/speech.json")) {
-    const double onset_s = filmed(said.onset_ns);
-    if (onset_s > asked_s && onset_s < end_s) {
-      speech.push_back({onset_s, std::min(end_s, onset_s + said.duration_s)});
-    }
-  }
-  SideBySide films;
-  films.then = films.now = folders_.out + "/" + report_.video;
-  films.then_begin_s = filmed(measured.behavior.begin.ns);
-  films.lead = {asked_s, asked_s + kQuestionSeconds};
-  films.spans = keptSpans(moments, speech, {films.lead.end_s, end_s},
-                          kShortFilmSeconds - kQuestionSeconds);
-  films.moments = moments;
-  makeSideBySide(films, folders_.out + "/" + measured.behavior.name + ".mp4");
-  measured.film = measured.behavior.name + ".mp4";
-  stage.done(measured.film);
 }
 
 }  // namespace afterglow::nodes

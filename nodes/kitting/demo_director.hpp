@@ -1,6 +1,7 @@
 /// \file
 /// The demo from beginning to end: the task is done and recorded, the objects are taken away, the
-/// robot is asked about every behavior and answers by a replay; a bystander's view films it all.
+/// robot is asked about every behavior and answers by a replay, which is recorded, too; both are
+/// filmed.
 #pragma once
 
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -10,16 +11,12 @@
 #include <vector>
 
 #include "nodes/kitting/demo_clients.hpp"
+#include "nodes/kitting/demo_films.hpp"
 #include "nodes/kitting/demo_report.hpp"
 #include "nodes/kitting/demo_story.hpp"
 #include "nodes/kitting/kitting_task.hpp"
 
 namespace afterglow::nodes {
-
-/// Folder of the scenario's YAML files, folder to fill.
-struct DemoFolders {
-  std::string assets, out;
-};
 
 /// Runs in the caller's thread and tells standard output of each stage; needs a running spinner.
 /// Throws TaskError or std::runtime_error, one line, when a stage fails.
@@ -49,8 +46,7 @@ class DemoDirector {
   void removeObjects();
   void replay(MeasuredBehavior& measured, const BehaviorStory& behavior);
   void onReplayed(double position, MeasuredBehavior& measured, Shown& shown);
-  void finishFilm();
-  void makeShortFilm(MeasuredBehavior& measured, std::int64_t film_begin_ns) const;
+  void finishFilms();
   void onMoment(const std::string& moment);
   void say();
   void readStore(MeasuredBehavior& measured) const;
@@ -63,12 +59,12 @@ class DemoDirector {
   std::map<std::string, std::vector<RoomThen>> rooms_then_;  ///< by behavior, in order
   KittingTask task_;
   AskClient robot_asked_;
-  Bystander bystander_;
+  DemoFilms films_;
   ros::Publisher solids_, obstacles_;
   tf2_ros::StaticTransformBroadcaster static_tf_;
   DemoReport report_;
   const BehaviorStory* recorded_ = nullptr;  ///< the behavior that is being done
-  ros::WallTime recording_began_;
+  ros::WallTime recording_began_;            ///< of a behavior or of its replay
 };
 
 }  // namespace afterglow::nodes

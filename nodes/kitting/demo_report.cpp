@@ -1,5 +1,7 @@
 #include "nodes/kitting/demo_report.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -57,7 +59,8 @@ json behaviorJson(const MeasuredBehavior& measured) {
           {"topics", topicsJson(measured.topics)},
           {"key_frames", keyFramesJson(measured.key_frames)},
           {"replay",
-           {{"duration_s", rounded(measured.replay_s, 1e-3)},
+           {{"id", measured.replay_id},
+            {"duration_s", rounded(measured.replay_s, 1e-3)},
             {"lateness_ms",
              {{"median", rounded(late.median_ms, 1e-3)},
               {"p99", rounded(late.p99_ms, 1e-3)},
@@ -99,6 +102,21 @@ double durationOf(const replay::Behavior& behavior) {
   return behavior.end ? static_cast<double>(behavior.end->ns - behavior.begin.ns) * 1e-9 : 0;
 }
 
+std::vector<std::string> filmArguments(const MeasuredBehavior& measured,
+                                       const std::string& assets) {
+  return {"render",
+          std::to_string(measured.replay_id),
+          "--film",
+          "--beside",
+          std::to_string(measured.behavior.id),
+          "--config",
+          assets + "/projector.yaml",
+          "--room",
+          assets + "/view.yaml",
+          "--place",
+          measured.behavior.name};
+}
+
 std::vector<std::string> commandsToTry(const DemoReport& report) {
   std::vector<std::string> commands = {
       "export AFTERGLOW_STORE=" + report.folder + "/" + report.store, report.command + " list"};
@@ -107,9 +125,9 @@ std::vector<std::string> commandsToTry(const DemoReport& report) {
   const std::string id = std::to_string(first.behavior.id);
   commands.push_back(report.command + " show " + id);
   commands.push_back(report.command + " play " + first.behavior.name + " --dry-run");
-  commands.push_back(report.command + " render " + id + " --film --config " + report.assets +
-                     "/projector.yaml --out " + report.folder + "/" + first.behavior.name +
-                     "_film.mp4");
+  commands.push_back(fmt::format("{} {} --out {}/{}_film.mp4", report.command,
+                                 fmt::join(filmArguments(first, report.assets), " "), report.folder,
+                                 first.behavior.name));
   return commands;
 }
 

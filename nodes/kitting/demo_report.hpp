@@ -20,7 +20,7 @@ struct KeyFrame {
   std::string moment;
   double offset_s = 0;       ///< into the behavior
   std::string live, replay;  ///< images, frames/NAME.png and frames/NAME_projector.png
-  std::int64_t live_ns = 0, replay_ns = 0;  ///< ROS time of the images; 0: none was taken
+  double replay_offset_s = 0;  ///< into the recording of its replay
 };
 
 /// Where a behavior left the robot.
@@ -39,7 +39,7 @@ struct MeasuredBehavior {
   EndPose live_end, replay_end;
   double replay_s = 0;
   nlohmann::json player_report;  ///< as the player gave it
-  std::int64_t asked_ns = 0, replay_end_ns = 0;  ///< ROS time of the replay
+  std::int64_t replay_id = 0;    ///< the replay, recorded
   std::string film;  ///< the short one, relative to the report; empty: none
 };
 
@@ -69,6 +69,9 @@ struct ReplayLateness {
 ReplayLateness latenessOf(const nlohmann::json& player_report);
 
 double durationOf(const replay::Behavior& behavior);  ///< seconds; 0 while it runs
+
+/// The words after `afterglow` that film the replay of a behavior, the behavior beside it.
+std::vector<std::string> filmArguments(const MeasuredBehavior& measured, const std::string& assets);
 
 /// Commands for people to try on what was recorded, from the folder they built in.
 std::vector<std::string> commandsToTry(const DemoReport& report);

@@ -28,14 +28,10 @@ BehaviorStory readBehavior(const std::string& file, const YAML::Node& name,
 }  // namespace
 
 DemoStory loadDemoStory(const std::string& path) {
-  const YamlMap values(path, loadYaml(path), "the story",
-                       {"title", "subtitle", "live_tag", "replay_tag", "later", "behaviors"});
+  const YamlMap values(path, loadYaml(path), "the story", {"title", "subtitle", "behaviors"});
   DemoStory story;
   story.title = values.text("title");
   story.subtitle = values.text("subtitle");
-  story.live_tag = values.text("live_tag");
-  story.replay_tag = values.text("replay_tag");
-  story.later = values.text("later");
   const YAML::Node behaviors = values.at("behaviors");
   if (!behaviors.IsMap()) values.fail(behaviors, "'behaviors' should be a map of names");
   for (const auto& behavior : behaviors) {

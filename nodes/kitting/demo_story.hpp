@@ -1,5 +1,5 @@
 /// \file
-/// What the demo tells people: captions of its video, words of its report.
+/// What the demo tells people: captions of its films, words of its report.
 #pragma once
 
 #include <string>
@@ -18,8 +18,6 @@ struct BehaviorStory {
 
 struct DemoStory {
   std::string title, subtitle;
-  std::string live_tag, replay_tag;      ///< what captions begin with
-  std::string later;                     ///< what the video says when the objects are gone
   std::vector<BehaviorStory> behaviors;  ///< in the order they are done
 };
 

@@ -10,9 +10,9 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-constexpr double kSpacing = 0.12;  // m: an arrow's length, and the gap to the next
-constexpr double kShaft = 0.05, kHead = 0.11, kGoalSize = 0.14;  // m; diameters
-constexpr double kHeadLength = 0.06;  // m: seen as an arrow from aside, too
+constexpr double kSpacing = 0.26;  // m: an arrow's length, and the gap to the next
+constexpr double kShaft = 0.15, kHead = 0.30, kGoalSize = 0.35;  // m; diameters
+constexpr double kHeadLength = 0.15;  // m: seen as an arrow from aside, too
 
 Marker pathMarker(int id, int type) {
   Marker marker;

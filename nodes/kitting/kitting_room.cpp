@@ -16,7 +16,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
-constexpr float kGhostAlpha = 0.3f;  // observer_node outlines what is translucent
+constexpr float kGhostAlpha = 0.25f;
 /// Of a ghost only parts are shown that are so long, of the longest one: more is a tangle of lines.
 constexpr float kGhostPart = 0.39f;
 constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows

@@ -33,7 +33,7 @@ constexpr double kAboveGrasp = 0.13, kLift = 0.16;
 constexpr double kOpen = 0.10, kHeld = 0.052;  // gaps between the fingers
 
 // The section it takes for the right one: its center in the caddy's frame, and its cube of light.
-const Eigen::Vector3d kSection(0.0725, -0.1125, 0), kCube(0.12, 0.12, 0.10);
+const Eigen::Vector3d kSection(0.0725, -0.1125, 0), kCube(0.135, 0.155, 0.10);
 constexpr double kPlaceTorso = 0.24;
 constexpr double kAboveSection = 0.22, kRelease = 0.095;  // of gripper_link over the table
 constexpr double kSectionFloor = 0.008;                   // over the table

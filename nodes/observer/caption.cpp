@@ -11,7 +11,7 @@ namespace {
 
 const cv::Scalar kWhite(255, 255, 255), kPale(150, 215, 255), kWarm(255, 214, 120),
     kDark(12, 14, 18), kGhost(165, 180, 195);
-constexpr const char* kGhostLegend = "dashed: stood there then, is gone now";
+constexpr const char* kGhostLegend = "gray: stood there then, is gone now";
 constexpr int kSteps = 8;      // that the lit part is found in, across the image
 constexpr int kLitLevel = 24;  // of 255: less is no light to look at
 
@@ -21,9 +21,9 @@ cv::Mat pixelsOf(render::Image& image) {
 
 void darken(cv::Mat pixels, double opacity) { pixels = pixels * (1 - opacity) + kDark * opacity; }
 
-/// The same word always has the same color; "replay" glows like the light it is about.
+/// The same word always has the same color; the present glows like the light it is about.
 cv::Scalar tagColor(const std::string& tag) {
-  return tag == "replay" ? cv::Scalar(236, 110, 20) : cv::Scalar(30, 120, 190);
+  return tag == "NOW" ? cv::Scalar(236, 110, 20) : cv::Scalar(30, 120, 190);
 }
 
 /// One line, without what a font has no glyph for.
@@ -85,7 +85,7 @@ int CaptionPainter::Impl::writeLegend(const cv::Mat& pixels, const std::string& 
   return left;
 }
 
-int stripHeight(int width) { return std::max(16, width * 7 / 160 * 2); }
+int stripHeight(int width) { return std::max(16, width * 9 / 320 * 2); }
 
 std::optional<ImagePart> litPart(const render::Image& image) {
   int left = kSteps, top = kSteps, right = -1, bottom = -1;  // in steps
@@ -104,12 +104,6 @@ std::optional<ImagePart> litPart(const render::Image& image) {
   const int y = std::clamp((top + bottom + 1 - size) / 2, 0, kSteps - size);
   return ImagePart{x * image.width / kSteps, y * image.height / kSteps,
                    size * image.width / kSteps, size * image.height / kSteps};
-}
-
-Caption parseCaption(const std::string& message) {
-  const std::size_t bar = message.find('|');
-  if (bar == std::string::npos) return {"", message, ""};
-  return {message.substr(0, bar), message.substr(bar + 1), ""};
 }
 
 std::string CaptionPainter::defaultFont() {
@@ -137,7 +131,7 @@ render::Image CaptionPainter::withStrip(const render::Image& image, const Captio
   const bool is_asked = !caption.asked.empty();
   const std::string text =
       is_asked ? "You: “" + printableLine(caption.asked) + "”" : printableLine(caption.text);
-  const int height = std::max(7, strip / 5), line = strip * 9 / 20;
+  const int height = std::max(7, strip * 2 / 7), line = strip * 9 / 20;
   cv::Point origin(height, image.height + line * 4 / 5);
   cv::Point after_tag = origin;
   if (!tag.empty()) after_tag.x = impl_->writeTag(pixels, tag, origin, height * 4 / 5);
@@ -154,12 +148,17 @@ render::Image CaptionPainter::withStrip(const render::Image& image, const Captio
   return whole;
 }
 
+void CaptionPainter::paintLabel(render::Image& image, const std::string& label) {
+  const int height = std::max(7, image.height / 36);
+  impl_->writeTag(pixelsOf(image), printableLine(label), {height / 2, height * 2}, height);
+}
+
 void CaptionPainter::paintInset(render::Image& image, const render::Image& inset,
                                 const std::string& label) {
   const auto lit = litPart(inset);
   if (!lit) return;
   const int margin = std::max(4, image.height / 45), text = std::max(8, image.height / 50);
-  const int width = image.width * 15 / 100;  // beside what side_by_side.hpp keeps
+  const int width = image.width * 15 / 100;
   const int height = width * inset.height / std::max(1, inset.width);
   const cv::Rect box(image.width - margin - width, margin, width, height + 2 * text);
   const cv::Rect whole(0, 0, image.width, image.height);

@@ -16,11 +16,8 @@ struct Caption {
   std::string text;    ///< what is being shown
   std::string speech;  ///< what the robot is saying
   std::string asked = {};  ///< what a human has asked it, shown in place of `text`
-  bool has_ghosts = false;  ///< says in the corner of the strip what dashed outlines are
+  bool has_ghosts = false;  ///< says in the corner of the strip what gray solids are
 };
-
-/// "TAG|TEXT" or "TEXT" as it comes in one message.
-Caption parseCaption(const std::string& message);
 
 /// Of the strip below images of that width, pixels; even.
 int stripHeight(int width);
@@ -42,6 +39,8 @@ class CaptionPainter {
 
   /// The image, untouched, above a dark strip of stripHeight() with the caption.
   render::Image withStrip(const render::Image& image, const Caption& caption);
+  /// Writes on a colored field in the upper left corner.
+  void paintLabel(render::Image& image, const std::string& label);
   /// The lit part of a projector's image in a box with its label in the upper right corner; nothing
   /// where all of it is dark.
   void paintInset(render::Image& image, const render::Image& inset, const std::string& label);

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/speaker/speech_log.hpp"
 #include "nodes/tools/program.hpp"
 
 namespace afterglow::nodes {
@@ -17,8 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kLongestGap_s = 3600;
 constexpr int kSampleRate = 48000;
 /// eSpeak NG speaks at -20.7 LUFS; web video and podcasts are leveled to -16.
 constexpr double kGain_db = 4.7;
@@ -31,15 +28,11 @@ struct Clip {
   double begin_s;    ///< in the film
 };
 
-std::vector<Clip> clipsOf(const std::vector<std::string>& speech_logs, std::int64_t begin_ns,
-                          double seconds) {
-  std::vector<Utterance> utterances;
-  for (const std::string& log : speech_logs) {
-    for (Utterance& utterance : readSpeechLog(log)) utterances.push_back(std::move(utterance));
-  }
+/// What sounds within the film.
+std::vector<Clip> clipsOf(const std::vector<Utterance>& said, double seconds) {
   std::vector<Clip> clips;
-  for (const Utterance& utterance : utterances) {
-    const double onset_s = static_cast<double>(utterance.onset_ns - begin_ns) * 1e-9;
+  for (const Utterance& utterance : said) {
+    const double onset_s = static_cast<double>(utterance.onset_ns) * 1e-9;
     if (onset_s >= seconds || onset_s + utterance.duration_s <= 0) continue;
     if (utterance.duration_s <= 0 || utterance.volume <= 0) continue;
     clips.push_back({utterance, std::max(0.0, -onset_s), std::max(0.0, onset_s)});
@@ -65,11 +58,6 @@ std::string soundTrack(const std::vector<Clip>& clips, double seconds) {
       "{}{}amix=inputs={}:dropout_transition=1e9:duration=longest,volume={},volume={}dB,"
       "alimiter=limit={}:level=0,apad=whole_dur={:.9g},atrim=end={:.9g}[sound]",
       graph, names, clips.size(), clips.size(), kGain_db, kPeakLimit, seconds, seconds);
-}
-
-std::vector<std::string> withoutEmpty(std::vector<std::string> names) {
-  names.erase(std::remove(names.begin(), names.end(), ""), names.end());
-  return names;
 }
 
 std::string oneLine(std::string text) {
@@ -103,49 +91,23 @@ void addSound(const std::string& silent, const std::vector<Clip>& clips, double 
 
 }  // namespace
 
-Film::Film(const std::string& path, int width, int height, int fps,
-           std::vector<std::string> speech_logs)
+Film::Film(const std::string& path, int width, int height, int fps)
     : path_(path),
-      silent_path_(path),
-      speech_logs_(withoutEmpty(std::move(speech_logs))),
+      silent_path_(fs::path(path).replace_extension(".silent.mp4").string()),
       fps_(fps),
-      writer_(speech_logs_.empty()
-                  ? path
-                  : silent_path_ = fs::path(path).replace_extension(".silent.mp4").string(),
-              width, height, fps) {}
+      writer_(silent_path_, width, height, fps) {}
 
-std::int64_t Film::indexAt(std::int64_t ros_ns) const {
-  // Half an image's grace: one made just before its moment belongs to it.
-  return ((ros_ns - begin_ns_) * fps_ + kSecond / 2) / kSecond;
-}
-
-void Film::add(std::int64_t ros_ns, render::Image image) {
-  if (!last_) begin_ns_ = ros_ns;
-  const std::int64_t index = indexAt(ros_ns);
-  if (index < count_ || ros_ns < begin_ns_) return;
-  if (index - count_ > kLongestGap_s * fps_) {
-    throw std::runtime_error(path_ + ": ROS time has jumped ahead by more than an hour");
-  }
-  repeatUntil(index);
+void Film::add(const render::Image& image) {
   writer_.write(image);
   ++count_;
-  last_ = std::move(image);
 }
 
-void Film::repeatUntil(std::int64_t index) {
-  for (; last_ && count_ < index; ++count_) writer_.write(*last_);
-}
-
-void Film::close(std::int64_t ros_ns) {
-  if (last_ && ros_ns - begin_ns_ < (count_ / fps_ + kLongestGap_s) * kSecond) {
-    repeatUntil(indexAt(ros_ns));
-  }
+void Film::close(const std::vector<Utterance>& said) {
   writer_.close();
-  if (speech_logs_.empty()) return;
   const double seconds = static_cast<double>(count_) / fps_;
+  const std::vector<Clip> clips = clipsOf(said, seconds);
+  if (clips.empty()) return fs::rename(silent_path_, path_);
   try {
-    const std::vector<Clip> clips = clipsOf(speech_logs_, begin_ns_, seconds);
-    if (clips.empty()) return fs::rename(silent_path_, path_);
     addSound(silent_path_, clips, seconds, path_);
   } catch (const std::exception& error) {
     throw std::runtime_error(error.what() + ("; without sound the film is " + silent_path_));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kFarthest_m = 100;
 constexpr double kShellThickness_m = 0.1;  // of floor and walls: light does not come through
-constexpr double kJoint_m = 0.006;         // between tiles
+constexpr double kJoint_m = 0.010;         // between tiles
 constexpr int kMostPixels = 4096;          // in one direction
 constexpr double kMostTiles = 40'000;
 
@@ -24,7 +24,7 @@ constexpr double kAside_m = 8;  // of floor and walls, beyond what is in the pic
 constexpr double kNearest_m = 2.1, kEyeHeight_m = 1.75, kTargetHeight_m = 0.65;
 constexpr double kAside = 1.45;      // rad, from where the light points
 constexpr double kAroundFov = 0.75;  // rad
-constexpr int kAroundHeight = 608;   // pixels; 720 with captions below
+constexpr int kAroundHeight = 648;   // pixels; 720 with captions below
 const render::Color kFloorPaint{0.80f, 0.79f, 0.76f, 1}, kJointPaint{0.60f, 0.59f, 0.57f, 1},
     kWarmPaint{0.85f, 0.84f, 0.79f, 1}, kColdPaint{0.80f, 0.83f, 0.85f, 1};
 
@@ -53,6 +53,17 @@ Look lookOf(const YamlMap& map) {
   return look;
 }
 
+Place placeOf(const std::string& path, const YamlMap& map) {
+  Place place{lookOf(map)};
+  if (map.has("near")) {
+    const YamlMap near(path, map.at("near"), "'near' of " + map.where(),
+                       {"frame", "eye", "target", "vertical_fov"});
+    place.near = lookOf(near);
+    if (near.has("frame")) place.near_frame = near.text("frame");
+  }
+  return place;
+}
+
 void readSize(const YamlMap& map, RoomView& room) {
   const Eigen::Vector2d size(numbersOf(map, "size", 2).data());
   if (size.minCoeff() < 16 || size.maxCoeff() > kMostPixels ||
@@ -68,8 +79,9 @@ void readOthers(const std::string& path, const YamlMap& map, RoomView& room) {
   if (!others.IsMap()) map.fail(others, "'others' should map names to places");
   for (const auto& entry : others) {
     const std::string& name = entry.first.Scalar();
-    room.others[name] =
-        lookOf({path, entry.second, "place '" + name + "'", {"eye", "target", "vertical_fov"}});
+    room.others[name] = placeOf(
+        path,
+        {path, entry.second, "place '" + name + "'", {"eye", "target", "vertical_fov", "near"}});
   }
 }
 
@@ -195,9 +207,10 @@ RoomView roomAround(const std::string& fixed_frame,
   RoomView room;
   room.fixed_frame = fixed_frame;
   room.height = kAroundHeight;
-  room.look.p_eye << p_eye, kEyeHeight_m;
-  room.look.p_target << places.center(), kTargetHeight_m;
-  room.look.vertical_fov = kAroundFov;
+  Look& look = room.place.look;
+  look.p_eye << p_eye, kEyeHeight_m;
+  look.p_target << places.center(), kTargetHeight_m;
+  look.vertical_fov = kAroundFov;
   addRoom(places, p_eye, room);
   return room;
 }
@@ -205,10 +218,10 @@ RoomView roomAround(const std::string& fixed_frame,
 RoomView loadRoomView(const std::string& path) {
   const YamlMap map(
       path, loadYaml(path), "the view",
-      {"fixed_frame", "eye", "target", "vertical_fov", "size", "others", "floor", "walls"});
+      {"fixed_frame", "eye", "target", "vertical_fov", "near", "size", "others", "floor", "walls"});
   RoomView room;
   room.fixed_frame = map.text("fixed_frame");
-  room.look = lookOf(map);
+  room.place = placeOf(path, map);
   readSize(map, room);
   if (map.has("others")) readOthers(path, map, room);
   readFloor(

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,14 +19,21 @@ struct Look {
   Eigen::Vector3d p_eye = Eigen::Vector3d::Zero(), p_target = Eigen::Vector3d::UnitX();
   double vertical_fov = 0.8;  ///< radians
 };
+/// Where a bystander stands, and where they go while something is lit.
+struct Place {
+  Look look;
+  std::optional<Look> near = {};
+  std::string near_frame =
+      {};  ///< its origin is where `near` counts from; empty: the fixed frame's
+};
 /// On the way from one place (0) to another (1).
 Look between(const Look& from, const Look& to, double share);
 
 struct RoomView {
   std::string fixed_frame;
   int width = 1280, height = 720;       ///< of the images, pixels
-  Look look;                            ///< where a bystander stands at first
-  std::map<std::string, Look> others;   ///< other places, by name
+  Place place;                          ///< where a bystander stands at first
+  std::map<std::string, Place> others;  ///< other places, by name
   std::vector<render::Drawable> shell;  ///< floor and walls
 };
 

@@ -106,6 +106,8 @@ std::vector<std::string> VideoWriter::encoderCommand(int fps) const {
           "50",
           "-crf",
           "18",
+          "-aq-mode",  // 3 keeps dark slopes from banding
+          "3",
           "-pix_fmt",
           "yuv420p",
           "-movflags",

@@ -1,5 +1,7 @@
 #include "nodes/verbs/recorded_speech.hpp"
 
+#include <afterglow/AskActionGoal.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,6 +9,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/sound_request.hpp"
+#include "nodes/verbs/recorded_messages.hpp"
 #include "replay/ask/said.hpp"
 
 namespace afterglow::nodes {
@@ -16,6 +19,7 @@ namespace fs = std::filesystem;
 using sound_play::SoundRequest;
 
 constexpr double kEndless_s = 1e9;
+constexpr const char* kHumanVoice = "en-gb+f3";
 constexpr double kPerByte_s = 0.065;  // about eSpeak NG's pace, for what cannot be heard
 
 double secondsBetween(std::int64_t from_ns, std::int64_t to_ns) {
@@ -28,7 +32,11 @@ RecordedSpeech::RecordedSpeech(const replay::Store& store, const replay::Behavio
                                const std::string& folder)
     : folder_(folder), log_(folder) {
   listen(store, behavior);
+  eachRecorded<AskActionGoal>(store, behavior, [&](replay::Stamp at, const AskActionGoal& asked) {
+    questions_.push_back({asked.goal.question, kHumanVoice, at.ns, kEndless_s, 1, false, ""});
+  });
   for (Utterance& utterance : utterances_) speak(utterance);
+  for (Utterance& question : questions_) speak(question);
 }
 
 void RecordedSpeech::listen(const replay::Store& store, const replay::Behavior& behavior) {
@@ -72,7 +80,6 @@ void RecordedSpeech::speak(Utterance& utterance) {
     const auto sound = speech_->say(utterance.text, utterance.voice);
     utterance.duration_s = std::min(utterance.duration_s, sound->seconds());
     log_.add(utterance, *sound);
-    log_path_ = (fs::path(folder_) / "speech.json").string();
   } catch (const std::exception& error) {
     const double about_s = 0.5 + kPerByte_s * static_cast<double>(utterance.text.size());
     utterance.duration_s = std::min(utterance.duration_s, about_s);
@@ -81,13 +88,23 @@ void RecordedSpeech::speak(Utterance& utterance) {
   }
 }
 
-std::string RecordedSpeech::at(replay::Stamp moment) const {
+std::string RecordedSpeech::saidAt(replay::Stamp moment) const {
   const auto sounds = [&](const Utterance& utterance) {
     const double since_s = secondsBetween(utterance.onset_ns, moment.ns);
     return since_s >= 0 && since_s < utterance.duration_s;
   };
   const auto latest = std::find_if(utterances_.rbegin(), utterances_.rend(), sounds);
   return latest == utterances_.rend() ? "" : latest->text;
+}
+
+std::string RecordedSpeech::askedAt(replay::Stamp moment) const {
+  const auto latest = std::find_if(questions_.rbegin(), questions_.rend(),
+                                   [&](const auto& asked) { return asked.onset_ns <= moment.ns; });
+  return latest == questions_.rend() ? "" : latest->text;
+}
+
+std::vector<Utterance> RecordedSpeech::heard() const {
+  return readSpeechLog((fs::path(folder_) / "speech.json").string());
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// The speech of a recorded behavior, made again for a film of it.
+/// What a recorded behavior said aloud, and what it was asked, made again for a film of it.
 #pragma once
 
 #include <sound_play/SoundRequest.h>
@@ -14,8 +14,8 @@
 
 namespace afterglow::nodes {
 
-/// The sentences that were asked of sound_play, spoken again. They sound from the moment of their
-/// recording.
+/// The sentences that were asked of sound_play, spoken again, and the questions of recorded goals
+/// of ask_node, in another voice. They sound from the moment of their recording.
 class RecordedSpeech {
  public:
   /// Keeps sounds and speech.json in the folder, which is there and empty. Throws
@@ -23,10 +23,12 @@ class RecordedSpeech {
   RecordedSpeech(const replay::Store& store, const replay::Behavior& behavior,
                  const std::string& folder);
 
-  /// The sentence that sounds then, of several the latest; "": none.
-  std::string at(replay::Stamp moment) const;
-  /// The speech.json, for Film's sound; empty: nothing can be heard.
-  const std::string& log() const { return log_path_; }
+  /// Returns the sentence that sounds then, of several the latest; "" where there is none.
+  std::string saidAt(replay::Stamp moment) const;
+  /// Returns the question that was asked last until then; "" where there is none.
+  std::string askedAt(replay::Stamp moment) const;
+  /// Returns all that is to be heard, with its files.
+  std::vector<Utterance> heard() const;
   /// The reason why sentences are shown and not heard, one line; empty: all is heard.
   const std::string& problem() const { return problem_; }
 
@@ -36,10 +38,10 @@ class RecordedSpeech {
   void speak(Utterance& utterance);
 
   const std::string folder_;
-  std::string log_path_, problem_;
+  std::string problem_;
   SpeechLog log_;
-  std::optional<Speech> speech_;       ///< made for the first sentence
-  std::vector<Utterance> utterances_;  ///< utterances in the order of their onsets
+  std::optional<Speech> speech_;                   ///< made for the first sentence
+  std::vector<Utterance> utterances_, questions_;  ///< in the order of their onsets
 };
 
 }  // namespace afterglow::nodes

@@ -23,7 +23,7 @@ namespace {
 
 const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond the modeled room
 
-const glm::vec3 kGhost(0.72f, 0.80f, 0.87f);  // sRGB: of outlines, paler than any projected light
+const glm::vec4 kGhost(0.46f, 0.48f, 0.51f, 0.25f);  // sRGB: never brighter than projected light
 constexpr double kNear = 0.05;  // meters
 
 /// y down, as images have it: see RenderTarget::read.
@@ -186,7 +186,7 @@ struct ObserverRenderer::Impl {
     targets->shade.draw(view, kNear);
     targets->shade.bind();
     if (light) {
-      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear);
+      targets->beam.draw(*light, thrown_light, view, kNear);
       thrown_light.use(seen_program);
       const double down = std::tan(view.vertical_fov / 2), across = down * view.width / view.height;
       setUniform(seen_program, "ray_span", glm::vec2(across, down));
@@ -197,8 +197,7 @@ struct ObserverRenderer::Impl {
                light ? seen_program : seen_dark_program, no_vertices);
   }
 
-  /// Draws over the picture: a breath of what is gone, once where several parts lie behind each
-  /// other, and its outline.
+  /// Draws over the picture: what is gone, once where several parts lie behind each other.
   void drawGhosts() {
     targets->picture.beginMore();
     glEnable(GL_DEPTH_TEST);
@@ -210,15 +209,8 @@ struct ObserverRenderer::Impl {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthFunc(GL_EQUAL);
-    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.07f));
+    setUniform(ghost_program, "color", kGhost);
     mesh.draw(ghost_program, SolidMesh::Kind::Ghost);
-    // Half of a line lies within the body.
-    glDepthFunc(GL_LEQUAL);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(-4, -4000);
-    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.7f));
-    mesh.draw(ghost_program, SolidMesh::Kind::Outline);
-    glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_BLEND);
   }
 
@@ -227,7 +219,7 @@ struct ObserverRenderer::Impl {
   Program surface_program = makeSolidProgram({"surface.frag"});
   Program wood_program = makeSolidProgram({"wood.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
-  Program ghost_program = makeSolidProgram({"even.frag"});
+  Program ghost_program = makeSolidProgram({"ghost.frag"});
   Program seen_program =
       makeSeenProgram({"seen_point.glsl", "lens.glsl", "sent_light.glsl", "projected_light.glsl"});
   Program seen_dark_program = makeSeenProgram({"no_light.glsl"});

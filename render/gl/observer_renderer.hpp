@@ -32,9 +32,9 @@ struct ProjectedLight {
 
 /// The room as a bystander sees it: solid things (color is their paint), a lamp and a soft sky with
 /// their shadows, and the projector's light with occlusion, lens and falloff, exposed as a camera
-/// would, hues kept, and faintly in the air. What is translucent (alpha below 1) is gone: only its
-/// outline is drawn, dashed, and it takes no light. PointStyle::Points, which has no size in a
-/// room, is left out.
+/// would, hues kept, and faintly in the air. What is translucent (alpha below 1) is gone: a gray
+/// solid at a quarter of its opacity, which takes no light. PointStyle::Points, which has no size
+/// in a room, is left out.
 class ObserverRenderer {
  public:
   /// Throws std::runtime_error where OpenGL cannot be used, and why.

@@ -8,7 +8,6 @@
 
 #include "render/gl/observer_renderer.hpp"
 #include "render/gl/shader.hpp"
-#include "render/scene/ghost_outline.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -20,7 +19,7 @@ bool isWood(const Color& color) {
 }
 
 SolidMesh::Kind kindOf(const Drawable& solid) {
-  if (isGhost(solid)) return SolidMesh::Kind::Ghost;
+  if (solid.color.a < 0.999f) return SolidMesh::Kind::Ghost;
   return isWood(solid.color) ? SolidMesh::Kind::Wood : SolidMesh::Kind::Paint;
 }
 
@@ -34,14 +33,12 @@ SolidMesh::SolidMesh() : array_(makeVertexArray<ShadedVertex>(vertices_)) {
 }
 
 bool SolidMesh::set(const std::vector<Drawable>& solids, const Eye& eye) {
-  std::vector<Drawable> all = ghostOutlines(solids, eye);
-  const std::size_t outlines = all.size();
-  all.insert(all.end(), solids.rbegin(), solids.rend());
+  const std::vector<Drawable> all(solids.rbegin(), solids.rend());
   const ShadedMesh& mesh = builder_.build(all, eye);
   std::vector<Run> runs;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Kind kind = i < outlines ? Kind::Outline : kindOf(all[i]);
+    const Kind kind = kindOf(all[i]);
     if (runs.empty() || runs.back().kind != kind) runs.push_back({kind, begin, begin});
     runs.back().end = begin = mesh.ends[i];
   }

@@ -14,11 +14,11 @@ namespace afterglow::render {
 
 class SolidMesh {
  public:
-  enum class Kind { Paint, Wood, Ghost, Outline };
+  enum class Kind { Paint, Wood, Ghost };
 
   SolidMesh();
 
-  /// Wood is what is painted in kWoodPaint, ghosts are what isGhost says. False: nothing has
+  /// Wood is what is painted in kWoodPaint, ghosts are what is translucent. False: nothing has
   /// changed.
   bool set(const std::vector<Drawable>& solids, const Eye& eye);
   bool has(Kind kind) const;

@@ -45,6 +45,7 @@ class ThrownLight {
   void set(const ProjectedLight& light);
   /// The depths are the caller's to draw, with clipFromWorld.
   ShadowMap& shadowMap() { return shadow_map_; }
+  const ShadowMap& shadowMap() const { return shadow_map_; }
   const glm::dmat4& clipFromWorld() const { return P_shadow_world_; }
   /// Sets the projector's uniforms of projected_light.glsl, and binds its textures.
   void use(const Program& program) const;

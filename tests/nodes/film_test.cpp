@@ -15,9 +15,6 @@
 namespace afterglow::nodes::film_test {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kStart = 1'700'000'000 * kSecond + 123;
-
 render::Image gray(int width, int height, std::uint8_t level) {
   const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3;
   return {width, height, std::vector<std::uint8_t>(count, level)};
@@ -32,10 +29,7 @@ Sound tone(double seconds, double amplitude) {
   return sound;
 }
 
-/// The moment of a test's video, ROS time.
-std::int64_t at(double seconds) {
-  return kStart + static_cast<std::int64_t>(std::llround(seconds * 1e9));
-}
+std::int64_t at(double seconds) { return static_cast<std::int64_t>(std::llround(seconds * 1e9)); }
 
 std::string probe(const std::string& path, const std::string& entries) {
   return runProgram({"ffprobe", "-v", "error", "-count_frames", "-show_entries", entries, "-of",
@@ -64,9 +58,9 @@ struct FilmTest : ::testing::Test {
   }
   /// Four seconds of 12 images each, with what was said.
   void film() {
-    Film film(output, 64, 48, 12, {log, ""});
-    film.add(kStart, gray(64, 48, 90));
-    film.close(at(4));
+    Film film(output, 64, 48, 12);
+    for (int i = 0; i < 48; ++i) film.add(gray(64, 48, 90));
+    film.close(readSpeechLog(log));
   }
   void say(double onset_s, double duration_s, double amplitude, double volume = 1,
            bool loop = false) {
@@ -74,32 +68,6 @@ struct FilmTest : ::testing::Test {
         .add({"words", "", at(onset_s), duration_s, volume, loop, ""}, tone(1, amplitude));
   }
 };
-
-TEST_F(FilmTest, fillsGapsSoThatVideoTimeIsRosTime) {
-  {
-    Film film(output, 64, 48, 10);
-    film.add(kStart, gray(64, 48, 20));
-    film.add(at(0.101), gray(64, 48, 120));
-    film.add(at(0.110), gray(64, 48, 250));  // its place is written: ignored
-    film.add(at(0.52), gray(64, 48, 220));   // late: the one before stands for 0.2, 0.3, 0.4
-    film.close(at(1.0));
-  }
-  EXPECT_EQ(probe(output, "stream=nb_read_frames"), "10\n");
-  const std::string levels = runProgram({"ffmpeg", "-v", "error", "-i", output, "-f", "rawvideo",
-                                         "-pix_fmt", "gray", "-vf", "scale=1:1", "-"})
-                                 .output;
-  ASSERT_EQ(levels.size(), 10u);
-  const int expected[] = {20, 120, 120, 120, 120, 220, 220, 220, 220, 220};
-  for (std::size_t i = 0; i < 10; ++i) {
-    EXPECT_NEAR(static_cast<unsigned char>(levels[i]), expected[i], 4) << "image " << i;
-  }
-}
-
-TEST_F(FilmTest, refusesAJumpOfRosTime) {
-  Film film(output, 64, 48, 10);
-  film.add(kStart, gray(64, 48, 20));
-  EXPECT_THROW(film.add(at(90'000), gray(64, 48, 20)), std::runtime_error);
-}
 
 TEST_F(FilmTest, letsSpeechBeginWhenItBegan) {
   say(1.25, 1, 0.3);
@@ -154,21 +122,6 @@ TEST_F(FilmTest, cutsSpeechAtBothEndsOfTheVideo) {
   EXPECT_NEAR(std::stod(probe(output, "format=duration")), 4, 0.1);
 }
 
-TEST_F(FilmTest, hasTheSoundOfEveryLog) {
-  say(0.5, 1, 0.3);
-  SpeechLog(folder.path("asked"))
-      .add({"words", "", at(2.5), 1, 1, false, ""}, tone(1, 0.3));
-  {
-    Film film(output, 64, 48, 12, {log, folder.path("asked/speech.json")});
-    film.add(kStart, gray(64, 48, 90));
-    film.close(at(4));
-    EXPECT_EQ(film.begin(), kStart);
-  }
-  const std::string silence = "silencedetect=noise=-45dB:duration=0.2";
-  EXPECT_NEAR(measured(output, silence, "silence_end: "), 0.5, 0.05);
-  EXPECT_NEAR(measured(output, silence, "silence_end: ", 1), 2.5, 0.05);
-}
-
 TEST_F(FilmTest, staysSilentWithoutSpeech) {
   SpeechLog empty(folder.path("speech"));
   film();
@@ -190,17 +143,6 @@ TEST_F(FilmTest, keepsTheImagesWhereItsSoundCannotBeMade) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("film.part.mp4")));
   EXPECT_EQ(probe(folder.path("film.silent.mp4"), "stream=codec_name,nb_read_frames"),
             "h264,48\n");
-}
-
-TEST_F(FilmTest, saysWhereTheImagesAreIfItsSpeechLogCannotBeRead) {
-  try {
-    film();
-    FAIL() << "not refused";
-  } catch (const std::runtime_error& error) {
-    EXPECT_EQ(error.what(), log + ": cannot read; without sound the film is " +
-                                folder.path("film.silent.mp4"));
-  }
-  EXPECT_TRUE(std::filesystem::exists(folder.path("film.silent.mp4")));
 }
 
 }  // namespace

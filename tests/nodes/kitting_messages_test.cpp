@@ -10,20 +10,20 @@ namespace {
 using visualization_msgs::Marker;
 
 TEST(KittingMessages, pathIsArrowsWithGapsAndASphereAtTheGoal) {
-  const auto array = pathMarkers({{0, 0}, {0, 0.97}});
+  const auto array = pathMarkers({{0, 0}, {0, 2.1}});
   ASSERT_EQ(array.markers.size(), 5u);
   for (std::size_t i = 0; i < 4; ++i) {
     const Marker& arrow = array.markers[i];
     EXPECT_EQ(arrow.type, Marker::ARROW);
     ASSERT_EQ(arrow.points.size(), 2u);
-    EXPECT_NEAR(arrow.points[0].y, 0.24 * static_cast<double>(i), 1e-12);
-    EXPECT_NEAR(arrow.points[1].y, 0.24 * static_cast<double>(i) + 0.12, 1e-12);
+    EXPECT_NEAR(arrow.points[0].y, 0.52 * static_cast<double>(i), 1e-12);
+    EXPECT_NEAR(arrow.points[1].y, 0.52 * static_cast<double>(i) + 0.26, 1e-12);
     EXPECT_EQ(arrow.color.r, 1);
     EXPECT_EQ(arrow.color.g, 0);
     EXPECT_EQ(arrow.color.b, 1);
   }
   EXPECT_EQ(array.markers[4].type, Marker::SPHERE);
-  EXPECT_EQ(array.markers[4].pose.position.y, 0.97);
+  EXPECT_EQ(array.markers[4].pose.position.y, 2.1);
   EXPECT_EQ(array.markers[4].color.g, 1);
   for (std::size_t i = 0; i < 5; ++i) {
     const Marker& marker = array.markers[i];

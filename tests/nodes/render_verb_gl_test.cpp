@@ -1,3 +1,4 @@
+#include <afterglow/ReplayStatus.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Path.h>
 #include <ros/time.h>
@@ -289,7 +290,7 @@ class ObservedBehavior : public test::GlTest {
     for (int v = 0; v < image.height; ++v) {
       for (int u = 0; u < image.width; ++u) {
         const auto* rgb = &image.rgb[3 * static_cast<std::size_t>(v * image.width + u)];
-        if (rgb[1] < rgb[0] + 60) continue;
+        if (rgb[1] < rgb[0] + 170) continue;  // a halo is darker
         ++green.pixels;
         green.middle += Eigen::Vector2d(u, v);
       }
@@ -359,7 +360,7 @@ TEST_F(ObservedBehavior, standsInARoomAroundItWhereNobodyDescribesOne) {
   const ProgramResult result = observe(png_);
   ASSERT_EQ(result.status, 0) << result.output;
   const render::Image image = readPng(png_);
-  EXPECT_EQ(image.height, 608);
+  EXPECT_EQ(image.height, 648);
   EXPECT_GT(green(image).pixels, 200);
 }
 
@@ -393,12 +394,45 @@ TEST_F(ObservedBehavior, becomesAFilmWithCaptionsAndSound) {
   beside.insert(beside.end(), {"--beside", bag_});
   result = runProgram(beside);
   ASSERT_EQ(result.status, 0) << result.output;
-  EXPECT_EQ(probe(path, "stream=codec_name,width,height"), "h264,1280,568\naac\n");
+  EXPECT_EQ(probe(path, "stream=codec_name,width,height"), "h264,1280,720\naac\n");
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path("."))) {
     EXPECT_EQ(entry.path().string().find("parts"), std::string::npos) << entry.path();
   }
   beside.insert(beside.end(), {"--view", "projector"});
   EXPECT_EQ(runProgram(beside).status, 2);
+}
+
+TEST_F(ObservedBehavior, showsAReplayInStepWithWhatItReplays) {
+  if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  const std::string replay = folder_.path("replay.bag"), path = folder_.path("film.mp4");
+  {
+    rosbag::Bag bag(replay, rosbag::bagmode::Write);
+    const auto tell = [&](double seconds, double position) {
+      afterglow::ReplayStatus status;
+      status.state = afterglow::ReplayStatus::PLAYING;
+      status.behavior_id = 1;
+      status.behavior_name = "small";
+      status.position = position;
+      bag.write("/player_node/status", ros::Time(2000 + seconds), status);
+    };
+    tell(0, 0);
+    tell(2, 0);  // it waited
+    tell(3, 1);
+    bag.close();
+  }
+  const ProgramResult result =
+      runProgram({AFTERGLOW_TEST_COMMAND, "render", replay, "--film", "--beside", bag_, "--config",
+                  config_, "--fps", "5", "--at-most", "1.5", "--out", path});
+  ASSERT_EQ(result.status, 0) << result.output;
+  const auto lit = [&](const std::string& seconds) {
+    const std::string frame = folder_.path("frame.png");
+    runProgram(
+        {"ffmpeg", "-v", "error", "-y", "-ss", seconds, "-i", path, "-frames:v", "1", frame});
+    return green(readPng(frame));
+  };
+  EXPECT_LT(lit("0.8").pixels, 50) << "1.6 s, where the behavior was at its beginning";
+  EXPECT_GT(lit("1.4").pixels, 100);
+  EXPECT_LT(lit("1.4").middle.x(), 640) << "then is on the left";
 }
 
 TEST_F(ObservedBehavior, refusesInOneLine) {

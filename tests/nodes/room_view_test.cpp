@@ -18,7 +18,8 @@ const std::string kView =
     "vertical_fov: 90\n"
     "size: [160, 90]\n"
     "others:\n"
-    "  left: {eye: [-2, 0, 1], target: [0, 0, 1], vertical_fov: 45}\n"
+    "  left: {eye: [-2, 0, 1], target: [0, 0, 1], vertical_fov: 45,"
+    " near: {eye: [-1, 0, 1], target: [0, 0, 1], vertical_fov: 30}}\n"
     "floor: {center: [1, 2], size: [3, 1], color: \"#ff8000\", tile: 1, joint_color: \"#000000\"}\n"
     "walls:\n"
     "  - {from: [0, 0], to: [0, 4], height: 2.5, color: \"#00ff00\"}\n";
@@ -58,7 +59,7 @@ TEST_F(RoomViewTest, readsTheDemosFile) {
 
 TEST_F(RoomViewTest, looksFromTheEyeToTheTarget) {
   const RoomView room = load(kView);
-  const render::ObserverView view = viewFrom(room.look, room.width, room.height);
+  const render::ObserverView view = viewFrom(room.place.look, room.width, room.height);
   EXPECT_EQ(view.width, 160);
   EXPECT_EQ(view.height, 90);
   EXPECT_NEAR(view.vertical_fov, M_PI / 2, 1e-12);
@@ -71,10 +72,13 @@ TEST_F(RoomViewTest, looksFromTheEyeToTheTarget) {
 
 TEST_F(RoomViewTest, goesOverToOtherPlaces) {
   const RoomView room = load(kView);
-  const Look& left = room.others.at("left");
-  EXPECT_TRUE(between(room.look, left, 0).p_eye.isApprox(room.look.p_eye));
-  EXPECT_TRUE(between(room.look, left, 1).p_eye.isApprox(left.p_eye));
-  EXPECT_TRUE(between(room.look, left, 0.5).p_eye.isApprox(Eigen::Vector3d(-1, -1, 1)));
+  const Look& left = room.others.at("left").look;
+  EXPECT_TRUE(between(room.place.look, left, 0).p_eye.isApprox(room.place.look.p_eye));
+  EXPECT_TRUE(between(room.place.look, left, 1).p_eye.isApprox(left.p_eye));
+  EXPECT_TRUE(between(room.place.look, left, 0.5).p_eye.isApprox(Eigen::Vector3d(-1, -1, 1)));
+  ASSERT_TRUE(room.others.at("left").near);
+  EXPECT_EQ(room.others.at("left").near->p_eye.x(), -1);
+  EXPECT_FALSE(room.place.near);
 }
 
 TEST_F(RoomViewTest, buildsFloorAndWalls) {
@@ -104,19 +108,19 @@ TEST_F(RoomViewTest, isMadeAroundWhatHappenedWhereNobodyDescribesIt) {
     for (const Eigen::Vector3d& place : places) turned.emplace_back(R * place);
     const RoomView room = roomAround("map", turned, R * Eigen::Vector3d(1, 0.2, -1));
     const auto T_observer_world =
-        viewFrom(room.look, room.width, room.height).T_world_observer.inverse();
+        viewFrom(room.place.look, room.width, room.height).T_world_observer.inverse();
     for (const Eigen::Vector3d& place : turned) {
       const Eigen::Vector3d p = T_observer_world * place;
       EXPECT_GT(p.z(), 1) << turn;
-      EXPECT_LT(std::abs(p.y() / p.z()), std::tan(room.look.vertical_fov / 2)) << turn;
+      EXPECT_LT(std::abs(p.y() / p.z()), std::tan(room.place.look.vertical_fov / 2)) << turn;
       EXPECT_LT(std::abs(p.x() / p.z()),
-                std::tan(room.look.vertical_fov / 2) * room.width / room.height);
+                std::tan(room.place.look.vertical_fov / 2) * room.width / room.height);
     }
-    EXPECT_GT(Eigen::Vector3d(R.transpose() * room.look.p_eye).y(), 2) << "from the left";
+    EXPECT_GT(Eigen::Vector3d(R.transpose() * room.place.look.p_eye).y(), 2) << "from the left";
     ASSERT_EQ(room.shell.size(), 4u) << "joints, tiles, two walls";
     for (std::size_t i = 2; i < 4; ++i) {
       const auto T_wall_world = room.shell[i].pose.matrix().inverse();
-      const double eye_side = (T_wall_world * room.look.p_eye).y();
+      const double eye_side = (T_wall_world * room.place.look.p_eye).y();
       for (const Eigen::Vector3d& place : turned) {
         EXPECT_GT((T_wall_world * place).y() * eye_side, 0) << "no wall before the eye";
       }
@@ -127,7 +131,7 @@ TEST_F(RoomViewTest, isMadeAroundWhatHappenedWhereNobodyDescribesIt) {
 TEST_F(RoomViewTest, isMadeAroundTheOriginOfARecordingWithoutAProjectorsPose) {
   const RoomView room = roomAround("odom", {}, Eigen::Vector3d::Zero());
   EXPECT_EQ(room.fixed_frame, "odom");
-  EXPECT_TRUE(room.look.p_target.head<2>().isZero());
+  EXPECT_TRUE(room.place.look.p_target.head<2>().isZero());
 }
 
 TEST_F(RoomViewTest, refusesWhatItDoesNotUnderstand) {

@@ -102,7 +102,7 @@ TEST_F(Observed, lightIsClearlyVisibleInTheDimmedRoom) {
   const Eigen::Vector2d at_square = pixel({1.3, 0.2, 0});
   const int u = static_cast<int>(at_square.x()), v = static_cast<int>(at_square.y());
   EXPECT_GT(test::brightness(lit, u, v), test::brightness(dark, u, v) + 200);
-  EXPECT_GT(test::brightness(dark, u, v), 60) << "the room is dimmed, not black";
+  EXPECT_GT(test::brightness(dark, u, v), 40) << "the room is darkened, not black";
 }
 
 TEST_F(Observed, aBoxInTheBeamTakesTheLight) {
@@ -167,15 +167,17 @@ TEST_F(Observed, strongOrangeLightStaysOrange) {
   EXPECT_LT(rgb[2], rgb[0] / 2) << "pink";
 }
 
-TEST_F(Observed, whatIsGoneIsOutlinedInDashesAndStandsInNobodysLight) {
+TEST_F(Observed, whatIsGoneIsGrayAndStandsInNobodysLight) {
   const Image empty = observe(nullptr);
   room_.push_back({at(1.3, 0, 0.15), Cube{Eigen::Vector3f::Constant(0.3f)}, {1, 1, 1, 0.3f}});
   const Image gone = observe(nullptr);
   const auto change = [&](double x, double y, double z) {
     return brightnessAt(gone, {x, y, z}) - brightnessAt(empty, {x, y, z});
   };
-  EXPECT_GT(change(1.3, -0.15, 0.3), 100) << "the middle of an edge is a dash";
-  EXPECT_LT(change(1.3, -0.15, 0.15), 70) << "a breath of its side";
+  for (const double z : {0.3, 0.15}) {
+    EXPECT_GT(change(1.3, -0.15, z), 40);
+    EXPECT_LT(change(1.3, -0.15, z), 180) << "light is brighter";
+  }
   EXPECT_EQ(change(1.55, -0.02, 0), 0) << "no shadow";
 }
 
