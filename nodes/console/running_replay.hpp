@@ -13,7 +13,7 @@
 
 #include "nodes/console/player_link.hpp"
 #include "replay/clock/worker_thread.hpp"
-#include "replay/motion/hold_to_run.hpp"
+#include "replay/motion/stops/hold_to_run.hpp"
 
 namespace afterglow::nodes {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "nodes/guard/guard_messages.hpp"
-#include "replay/motion/heartbeat.hpp"
+#include "replay/motion/stops/heartbeat.hpp"
 
 namespace afterglow {
 namespace nodes {
@@ -92,7 +92,7 @@ class GuardedPlayer {
 
   /// `is_beside`: on this machine, in the same network; else its outputs say where it is.
   explicit GuardedPlayer(bool is_beside = false)
-      : watch_(replay::HeartbeatWatch::Options()), is_beside_(is_beside) {}
+      : watch_(replay::HeartbeatMonitor::Options()), is_beside_(is_beside) {}
 
   /// A publisher for every output; those that are known already are kept. Asks the master, which
   /// may take long.
@@ -122,7 +122,7 @@ class GuardedPlayer {
   bool isGone(replay::SteadyTime now) const;
 
  private:
-  replay::HeartbeatWatch watch_;
+  replay::HeartbeatMonitor watch_;
   bool is_beside_;
   std::uint64_t id_ = 0;
   std::string name_;

@@ -12,7 +12,7 @@
 #include "nodes/kitting/kitting_path.hpp"
 #include "nodes/kitting/kitting_robot.hpp"
 #include "nodes/kitting/kitting_room.hpp"
-#include "replay/motion/base_tracker.hpp"
+#include "replay/motion/base/base_tracker.hpp"
 
 namespace afterglow::nodes {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/motion/start_pose.hpp"
+#include "replay/motion/arm/start_pose.hpp"
 #include "replay/play/play_report.hpp"
 
 namespace afterglow::nodes {

@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "replay/clock/sender_clock.hpp"
-#include "replay/motion/base_tracker.hpp"
-#include "replay/motion/track_reader.hpp"
+#include "replay/motion/base/base_tracker.hpp"
+#include "replay/motion/base/track_reader.hpp"
 
 namespace afterglow::nodes {
 

@@ -13,14 +13,14 @@
 
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
-#include "nodes/player/node_watch.hpp"
-#include "nodes/player/open_loop_watch.hpp"
+#include "nodes/player/node_monitor.hpp"
+#include "nodes/player/open_loop_monitor.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/player/stop_inputs.hpp"
 #include "nodes/player/take_over.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/motion/approach.hpp"
-#include "replay/motion/start_pose.hpp"
+#include "replay/motion/arm/approach.hpp"
+#include "replay/motion/arm/start_pose.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/store/store.hpp"
 
@@ -35,7 +35,7 @@ struct BodyOptions {
   /// Joints may go far to the start on a way that nobody has checked [~unchecked_approach].
   bool accepts_unchecked = false;
   /// The time that the player may hang in motion before the watchdog stops the robot
-  /// [~longest_stall]; empty: by how late this machine is (replay/motion/patience.hpp).
+  /// [~longest_stall]; empty: by how late this machine is (replay/motion/stops/patience.hpp).
   std::optional<double> longest_stall_s;
   StopOptions stops;
   BaseOptions base;
@@ -147,13 +147,14 @@ class BodyGate {
   replay::MovedParts parts_;
   TakeOver take_over_;
   GuardedSink sink_;
-  MasterWatch master_watch_;
+  MasterMonitor master_watch_;
   std::optional<replay::PlayGuards> guards_;
   std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
   std::string why_no_drive_;  ///< the reason why the base may not be driven to the start; empty: it
                               ///< may
-  std::optional<OpenLoopWatch> open_loop_;  ///< if recorded velocities are sent, and a scan is seen
+  std::optional<OpenLoopMonitor>
+      open_loop_;  ///< if recorded velocities are sent, and a scan is seen
   mutable std::mutex waits_mutex_;
   std::string waits_for_;
   std::optional<LiveJoints> joints_;  ///< if there are goals

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "nodes/player/body_gate.hpp"
-#include "replay/motion/start_pose.hpp"
+#include "replay/motion/arm/start_pose.hpp"
 #include "replay/play/play_report.hpp"
 #include "replay/store/store.hpp"
 

@@ -132,7 +132,7 @@ replay::PlayGuards GuardedSink::guards() const {
 // --------------------------------------------------------------------------------------- in motion
 
 bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
-  replay::MotionWatch::Change change;
+  replay::MotionMonitor::Change change;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     listen();
@@ -156,7 +156,7 @@ void GuardedSink::brake() {
 }
 
 void GuardedSink::goalEnded(const std::string& id) {
-  replay::MotionWatch::End end;
+  replay::MotionMonitor::End end;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     lookAtOwnPulse();

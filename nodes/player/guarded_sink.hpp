@@ -13,8 +13,8 @@
 
 #include "nodes/player/watchdog.hpp"
 #include "replay/clock/clock.hpp"
-#include "replay/motion/motion_watch.hpp"
-#include "replay/motion/patience.hpp"
+#include "replay/motion/stops/motion_monitor.hpp"
+#include "replay/motion/stops/patience.hpp"
 #include "replay/play/outbox.hpp"
 #include "replay/play/play_report.hpp"
 
@@ -84,7 +84,7 @@ class GuardedSink : public replay::MessageSink {
   const std::optional<double> longest_stall_s_;
   replay::BeatingClock clock_;
   mutable std::mutex mutex_;
-  replay::MotionWatch watch_;
+  replay::MotionMonitor watch_;
   std::function<std::optional<double>()> gap_;
   std::vector<Watchdog> watchdogs_;  ///< beside the player, and on the robot if one runs there
   Pulse pulse_;

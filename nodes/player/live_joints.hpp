@@ -14,8 +14,8 @@
 
 #include "nodes/tools/callback_thread.hpp"
 #include "replay/clock/clock.hpp"
-#include "replay/motion/arm_start.hpp"
-#include "replay/motion/silence_watch.hpp"
+#include "replay/motion/arm/arm_start.hpp"
+#include "replay/motion/silence_monitor.hpp"
 
 namespace afterglow::nodes {
 
@@ -38,7 +38,7 @@ class LiveJoints {
  private:
   struct Told {
     replay::LiveJoint joint;
-    replay::SilenceWatch watch{replay::kJointSilence};  ///< watch by robotNow()
+    replay::SilenceMonitor watch{replay::kJointSilence};  ///< watch by robotNow()
   };
   void onJoints(const sensor_msgs::JointState& message);
 

@@ -54,7 +54,7 @@ std::shared_ptr<const replay::FloorScan> LiveScan::look() {
 
 std::string LiveScan::check(const std::function<bool()>& is_stopped) {
   const RobotPatience patience(kScanPatience);
-  replay::SilenceWatch watch(replay::kMotionSilence);
+  replay::SilenceMonitor watch(replay::kMotionSilence);
   while (!watch.knowsPeriod() && !is_stopped() && !patience.isOver()) {
     queue_.callAvailable(ros::WallDuration(0.02));
     if (scan_) watch.heard(scan_->stamp());

@@ -19,7 +19,7 @@
 
 #include "replay/clock/sender_clock.hpp"
 #include "replay/messages/robot_names.hpp"
-#include "replay/motion/obstacle_stop.hpp"
+#include "replay/motion/base/obstacle_stop.hpp"
 
 namespace afterglow::nodes {
 
@@ -54,7 +54,7 @@ class LiveScan {
   ros::Subscriber subscriber_;
   double height_ = 0;          ///< m, of the range finder over the base's frame
   std::int64_t delay_ns_ = 0;  ///< the shortest, if it is negative: its clock is ahead
-  replay::StepWatch wall_clock_;
+  replay::ClockStepDetector wall_clock_;
   std::string problem_;  ///< the reason why the newest message is no scan
   std::shared_ptr<const replay::FloorScan> scan_;
 };

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/player/media_preparation.hpp"
 #include "nodes/player/robot_file.hpp"
-#include "nodes/player/stagehand.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "replay/plan/modality_options.hpp"
 #include "replay/query/behavior_selector.hpp"
@@ -164,7 +164,7 @@ replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& req
     return plan;
   }
   const std::string first = plan.playedTopics().front();
-  Stagehand::fit(store, plan, request.anchors);
+  MediaPreparation::fit(store, plan, request.anchors);
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (plan.playedTopics().empty() && topic.channel.topic == first) {
       throw std::runtime_error(called + ", " + first + ": " + topic.why_not);

@@ -10,11 +10,11 @@
 
 #include "nodes/player/end_pose.hpp"
 #include "nodes/player/live_graph.hpp"
+#include "nodes/player/media_preparation.hpp"
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/robot_description.hpp"
 #include "nodes/player/robot_file.hpp"
 #include "nodes/player/ros_clock.hpp"
-#include "nodes/player/stagehand.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "replay/record/snapshot.hpp"
 
@@ -121,7 +121,7 @@ void ReplaySession::checkPlayable() const {
 
 /// Returns true if the base's poses, or light that is anchored there, need the map.
 bool ReplaySession::isPlacedOnMap() const {
-  const replay::AnchorSettings anchors = Stagehand::anchorsIn(plan_, request_.anchors);
+  const replay::AnchorSettings anchors = MediaPreparation::anchorsIn(plan_, request_.anchors);
   const bool is_lit_there = anchors.frame == request_.body.base.frames.map;
   const bool is_driven_there = !request_.body.base.is_open_loop;
   return std::any_of(plan_.topics.begin(), plan_.topics.end(), [&](const auto& topic) {
@@ -220,10 +220,11 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   replay::MessageSink& outlet = rate_control ? *rate_control
                                 : gate_      ? gate_->sink()
                                              : static_cast<replay::MessageSink&>(sink);
-  Stagehand stagehand(store_, plan_, request_.anchors, outlet, [this] { return moment(); });
-  reportOnceMoved([&] { stagehand.prepare([this] { return isStopped(); }); });
+  MediaPreparation preparation(store_, plan_, request_.anchors, outlet,
+                               [this] { return moment(); });
+  reportOnceMoved([&] { preparation.prepare([this] { return isStopped(); }); });
   replay::PlayOptions options = request_.options;
-  options.anchor = stagehand.anchor();
+  options.anchor = preparation.anchor();
   if (gate_) {
     options.base_drive = gate_->baseDrive();
     options.arm_start = gate_->armStart();
@@ -233,20 +234,20 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_ = std::make_unique<replay::Player>(
-        store_, plan_, options, stagehand.sink(), gate_ ? gate_->clock() : clock,
+        store_, plan_, options, preparation.sink(), gate_ ? gate_->clock() : clock,
         [this] { return time_->now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
     is_paused_ ? player_->pause() : player_->resume();
     player_->halt(is_halted_);
     if (stop_reason_) player_->stop(*stop_reason_);
   }
-  stagehand.listen([this](const std::string& problem) {
+  preparation.listen([this](const std::string& problem) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (player_) player_->fail(replay::Modality::Speech, problem);
   });
   scheduleNewThreads();
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
-  report.note(stagehand.notes());
+  report.note(preparation.notes());
   if (gate_) gate_->addTo(report);
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -14,7 +14,7 @@
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_scan.hpp"
 #include "replay/messages/robot_names.hpp"
-#include "replay/motion/base_drive.hpp"
+#include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/play/play_report.hpp"

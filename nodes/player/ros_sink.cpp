@@ -7,7 +7,7 @@
 
 #include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
-#include "replay/motion/stop_maker.hpp"
+#include "replay/motion/stops/stop_maker.hpp"
 
 namespace afterglow::nodes {
 namespace {

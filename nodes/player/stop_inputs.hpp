@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/node_watch.hpp"
+#include "nodes/player/node_monitor.hpp"
 #include "nodes/player/take_over.hpp"
 #include "nodes/tools/callback_thread.hpp"
-#include "replay/motion/hold_to_run.hpp"
-#include "replay/motion/silence_watch.hpp"
-#include "replay/motion/stop_field.hpp"
+#include "replay/motion/silence_monitor.hpp"
+#include "replay/motion/stops/hold_to_run.hpp"
+#include "replay/motion/stops/stop_field.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/robot_profile.hpp"
 
@@ -60,11 +60,11 @@ class EmergencyStop {
   const std::function<void(const std::string&)> on_stop_;
   std::mutex mutex_;
   replay::StopField field_;
-  replay::SilenceWatch silence_;
+  replay::SilenceMonitor silence_;
   std::string problem_;         ///< the reason why the robot has to stop now; empty: it has not
   std::size_t publishers_ = 0;  ///< number of connections there were at check()
   bool has_stopped_ = false;
-  PublisherWatch living_;
+  PublisherMonitor living_;
   ros::Subscriber subscriber_;
   CallbackThread thread_;
 };

@@ -14,8 +14,8 @@
 
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/motion/base_obedience.hpp"
-#include "replay/motion/take_over_watch.hpp"
+#include "replay/motion/base/base_obedience.hpp"
+#include "replay/motion/stops/take_over_detector.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/play/outbox.hpp"
@@ -69,7 +69,7 @@ class TakeOver : public replay::MessageSink {
   replay::MessageSink& sink_;
   std::function<void(const std::string&)> on_taken_;
   std::mutex mutex_;
-  replay::TakeOverWatch watch_;
+  replay::TakeOverDetector watch_;
   replay::BaseObedience obedience_;
   std::string reason_;  ///< the reason why it is taken over; empty: it is not
   MasterLink master_;  ///< scout()'s

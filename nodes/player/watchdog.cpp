@@ -43,7 +43,7 @@ Watchdog::Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph gra
   outputs_.machine = machineName();
 }
 
-void Watchdog::tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) {
+void Watchdog::tellOutputs(const std::vector<replay::MotionMonitor::Output>& outputs) {
   outputs_.outputs.clear();
   for (const auto& [channel, stop] : outputs) {
     outputs_.outputs.push_back(

@@ -16,8 +16,8 @@
 #include "nodes/guard/guard_socket.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/motion/motion_watch.hpp"
-#include "replay/motion/patience.hpp"
+#include "replay/motion/stops/motion_monitor.hpp"
+#include "replay/motion/stops/patience.hpp"
 
 namespace afterglow::nodes {
 
@@ -47,7 +47,7 @@ class Watchdog {
   Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph);
 
   /// Tells the stops of the outputs: whenever one of them has changed.
-  void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs);
+  void tellOutputs(const std::vector<replay::MotionMonitor::Output>& outputs);
   /// The player lives, and these outputs are in motion. Without another beat within
   /// patience(`patience_ns`) they are stopped.
   void beat(const replay::Outputs& moving, std::int64_t patience_ns);

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "nodes/projector/topic_watch.hpp"
+#include "nodes/projector/topic_monitor.hpp"
 
 namespace afterglow::nodes {
 

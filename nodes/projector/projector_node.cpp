@@ -80,7 +80,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
   problems_.resize(outputs_.size());
   subscribeAll();
   if (scene_.config().watch) {
-    watch_ = std::make_unique<DriftWatch>(*scene_.config().watch, transforms_);
+    watch_ = std::make_unique<DriftMonitor>(*scene_.config().watch, transforms_);
   }
   surface_service_ = std::make_unique<SurfaceService>(
       scene_.config().surfaces, transforms_, [this](std::size_t surface, const Finding& finding) {
@@ -90,7 +90,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
   surfaces_publisher_ = own_.advertise<visualization_msgs::MarkerArray>("surfaces", 1, true);
   std::vector<std::string> topics;
   for (const ros::Subscriber& subscriber : subscribers_) topics.push_back(subscriber.getTopic());
-  topic_watch_ = std::make_unique<TopicWatch>(std::move(topics));
+  topic_watch_ = std::make_unique<TopicMonitor>(std::move(topics));
   startDrawing();
   diagnostics_timer_ = own_.createWallTimer(
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });

@@ -25,7 +25,7 @@
 #include <thread>
 #include <vector>
 
-#include "nodes/projector/drift_watch.hpp"
+#include "nodes/projector/drift_monitor.hpp"
 #include "nodes/projector/picture_schedule.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/projector_diagnostics.hpp"
@@ -33,7 +33,7 @@
 #include "nodes/projector/projector_scene.hpp"
 #include "nodes/projector/stage_times.hpp"
 #include "nodes/projector/surface_service.hpp"
-#include "nodes/projector/topic_watch.hpp"
+#include "nodes/projector/topic_monitor.hpp"
 #include "nodes/projector/transform_listener.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/gl/gl_context.hpp"
@@ -107,10 +107,10 @@ class ProjectorNode {
   TransformListener listener_{transforms_};
   std::vector<std::unique_ptr<ProjectorOutput>> outputs_;
   std::vector<ros::Subscriber> subscribers_;
-  std::unique_ptr<DriftWatch> watch_;  ///< watch, where one is configured
+  std::unique_ptr<DriftMonitor> watch_;  ///< watch, where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
   ros::Publisher surfaces_publisher_;
-  std::unique_ptr<TopicWatch> topic_watch_;
+  std::unique_ptr<TopicMonitor> topic_watch_;
   ProjectorDiagnostics diagnostics_;
   ros::WallTimer diagnostics_timer_;
   std::thread drawing_;  ///< last: uses all of the above

@@ -20,8 +20,8 @@ constexpr std::int64_t kStatic = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
 
-void ParentWatch::note(const std::string& child, const std::string& parent,
-                       const std::string& publisher, bool is_static, std::int64_t now_ns) {
+void ParentMonitor::note(const std::string& child, const std::string& parent,
+                         const std::string& publisher, bool is_static, std::int64_t now_ns) {
   if (links_.size() >= kMostChildren && links_.count(child) == 0) return;
   auto& parents = links_[child];
   if (parents.size() >= kMostParents && parents.count(parent) == 0) return;
@@ -32,7 +32,7 @@ void ParentWatch::note(const std::string& child, const std::string& parent,
   parents[parent] = {publisher, is_static ? kStatic : now_ns};
 }
 
-std::vector<std::string> ParentWatch::conflicts(std::int64_t now_ns) const {
+std::vector<std::string> ParentMonitor::conflicts(std::int64_t now_ns) const {
   std::vector<std::string> all;
   for (const auto& [child, parents] : links_) {
     std::string words;

@@ -23,7 +23,7 @@ namespace afterglow::nodes {
 
 /// Frames that several publishers hang below different parents: tf takes whichever spoke last, and
 /// everything below such a frame jumps between two places. Bounded in frames. One thread at a time.
-class ParentWatch {
+class ParentMonitor {
  public:
   static constexpr std::int64_t kMemoryNs = 5'000'000'000;  ///< a parent not heard of is left
 
@@ -54,7 +54,7 @@ class TransformListener {
   /// Returns how many messages came, why transforms were refused, and what was odd about others;
   /// the other fields are empty.
   LayerStatus status() const;
-  /// Frames with several parents, and who publishes them (ParentWatch).
+  /// Frames with several parents, and who publishes them (ParentMonitor).
   std::vector<std::string> conflicts() const;
 
  private:
@@ -67,7 +67,7 @@ class TransformListener {
   ros::Time last_time_;
   mutable std::mutex mutex_;  ///< guards what follows
   LayerStatus status_;
-  ParentWatch parents_;
+  ParentMonitor parents_;
   ros::AsyncSpinner spinner_{1, &queue_};
 };
 

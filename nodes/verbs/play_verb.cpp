@@ -17,9 +17,9 @@
 #include "calib/file_replacement.hpp"
 #include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
+#include "nodes/player/media_preparation.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
-#include "nodes/player/stagehand.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_command.hpp"
@@ -179,7 +179,7 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
     if (!rehearsal.slowed.empty()) json["slowed"] = rehearsal.slowed;
     std::cout << dumpJson(json, 2) << "\n";
   } else {
-    printPlan(plan, Stagehand::anchorsIn(plan, request.anchors));
+    printPlan(plan, MediaPreparation::anchorsIn(plan, request.anchors));
   }
   std::vector<std::string> remarks = plan.warnings();
   const bool is_refused = std::any_of(plan.topics.begin(), plan.topics.end(), [](const auto& topic) {

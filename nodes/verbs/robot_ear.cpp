@@ -15,7 +15,7 @@
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
-#include "replay/motion/stop_field.hpp"
+#include "replay/motion/stops/stop_field.hpp"
 
 namespace afterglow::nodes {
 namespace {

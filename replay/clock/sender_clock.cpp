@@ -24,7 +24,7 @@ std::optional<Stamp> SenderClock::heard(Stamp stamp, Stamp received) {
   return Stamp{stamp.ns + delay_ns_};
 }
 
-bool StepWatch::hasStepped(Stamp wall, Stamp steady) {
+bool ClockStepDetector::hasStepped(Stamp wall, Stamp steady) {
   const std::int64_t apart_ns = wall.ns - steady.ns;
   const bool has_stepped = apart_ns_ && std::abs(apart_ns - *apart_ns_) > kStep;
   apart_ns_ = apart_ns;

@@ -29,7 +29,7 @@ class SenderClock {
 };
 
 /// Notices that the wall clock is set, by a time that is not.
-class StepWatch {
+class ClockStepDetector {
  public:
   /// Returns true if it was set by more than 50 ms since the last call.
   bool hasStepped(Stamp wall, Stamp steady);

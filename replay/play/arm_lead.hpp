@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "replay/motion/arm_start.hpp"
+#include "replay/motion/arm/arm_start.hpp"
 #include "replay/play/play_context.hpp"
 
 namespace afterglow::replay {

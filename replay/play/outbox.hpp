@@ -12,7 +12,7 @@
 
 #include "replay/messages/message.hpp"
 #include "replay/motion/motion_rate.hpp"
-#include "replay/motion/stop_maker.hpp"
+#include "replay/motion/stops/stop_maker.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/rewrite.hpp"

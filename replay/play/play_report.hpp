@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/motion/base_drive.hpp"
+#include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/play/figures.hpp"

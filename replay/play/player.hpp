@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-#include "replay/motion/base_drive.hpp"
+#include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
 #include "replay/play/arm_lead.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "replay/motion/base_drive.hpp"
+#include "replay/motion/base/base_drive.hpp"
 
 namespace afterglow::replay {
 

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "replay/motion/obstacle_stop.hpp"
+#include "replay/motion/base/obstacle_stop.hpp"
 #include "tests/support/simulated_scan.hpp"
 
 namespace afterglow::replay {

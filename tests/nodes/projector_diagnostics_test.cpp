@@ -183,8 +183,8 @@ TEST(FaultLog, saysOnceWhatCountsSeconds) {
 // -------------------------------------------------------------------------------------- parents
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-TEST(ParentWatch, namesParentsInConflictAndWhoPublishesThem) {
-  ParentWatch watch;
+TEST(ParentMonitor, namesParentsInConflictAndWhoPublishesThem) {
+  ParentMonitor watch;
   watch.note("arm", "map", "/a", false, 0);
   watch.note("hand", "arm", "/a", false, 0);
   EXPECT_TRUE(watch.conflicts(0).empty());
@@ -194,15 +194,15 @@ TEST(ParentWatch, namesParentsInConflictAndWhoPublishesThem) {
                                      "'odom' (published by /b)"});
 }
 
-TEST(ParentWatch, forgetsAParentThatWasLeft) {
-  ParentWatch watch;
+TEST(ParentMonitor, forgetsAParentThatWasLeft) {
+  ParentMonitor watch;
   watch.note("arm", "map", "/a", false, 0);
   watch.note("arm", "odom", "/a", false, 6 * kSecond);
   EXPECT_TRUE(watch.conflicts(6 * kSecond).empty());
 }
 
-TEST(ParentWatch, remembersStaticOnesUntilTheirPublisherSaysOtherwise) {
-  ParentWatch watch;
+TEST(ParentMonitor, remembersStaticOnesUntilTheirPublisherSaysOtherwise) {
+  ParentMonitor watch;
   watch.note("arm", "map", "/a", true, 0);
   watch.note("arm", "odom", "/b", false, 60 * kSecond);
   EXPECT_EQ(watch.conflicts(60 * kSecond).size(), 1u);

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "nodes/projector/drift_watch.hpp"
+#include "nodes/projector/drift_monitor.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
 #include "tests/support/temp_folder.hpp"

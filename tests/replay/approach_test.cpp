@@ -1,12 +1,12 @@
 // By which way joints go to where a motion begins.
-#include "replay/motion/approach.hpp"
+#include "replay/motion/arm/approach.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "replay/motion/arm_start.hpp"
+#include "replay/motion/arm/arm_start.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay::approach_test {

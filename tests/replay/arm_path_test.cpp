@@ -1,5 +1,5 @@
 // Where a trajectory is gone on with in its midst, sampled finely as controllers execute it.
-#include "replay/motion/arm_path.hpp"
+#include "replay/motion/arm/arm_path.hpp"
 
 #include <gtest/gtest.h>
 

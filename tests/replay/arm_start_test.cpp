@@ -1,4 +1,4 @@
-#include "replay/motion/arm_start.hpp"
+#include "replay/motion/arm/arm_start.hpp"
 
 #include <gtest/gtest.h>
 

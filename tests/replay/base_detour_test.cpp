@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/motion/base_tracker.hpp"
+#include "replay/motion/base/base_tracker.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::base_detour_test {

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "replay/motion/base_drive.hpp"
+#include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/velocity.hpp"
 #include "tests/support/simulated_replay.hpp"
 

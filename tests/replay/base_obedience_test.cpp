@@ -1,4 +1,4 @@
-#include "replay/motion/base_obedience.hpp"
+#include "replay/motion/base/base_obedience.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "replay/motion/base_tracker.hpp"
+#include "replay/motion/base/base_tracker.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::base_tracker_test {

@@ -1,6 +1,6 @@
 // Drives at other rates than they were recorded at, and drives that were told to stand at once, by
 // bases that get faster and slower as real ones do.
-#include "replay/motion/drive_timing.hpp"
+#include "replay/motion/base/drive_timing.hpp"
 
 #include <gtest/gtest.h>
 

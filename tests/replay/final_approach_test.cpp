@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "replay/motion/base_tracker.hpp"
-#include "replay/motion/final_approach.hpp"
+#include "replay/motion/base/base_tracker.hpp"
+#include "replay/motion/base/final_approach.hpp"
 #include "tests/support/simulated_replay.hpp"
 #include "tests/support/simulated_scan.hpp"
 

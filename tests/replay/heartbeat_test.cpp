@@ -1,4 +1,4 @@
-#include "replay/motion/heartbeat.hpp"
+#include "replay/motion/stops/heartbeat.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "replay/clock/clock.hpp"
 #include "replay/motion/goal_book.hpp"
-#include "replay/motion/motion_watch.hpp"
+#include "replay/motion/stops/motion_monitor.hpp"
 #include "tests/support/jumping_clock.hpp"
 #include "tests/support/messages.hpp"
 
@@ -20,7 +20,7 @@ constexpr SteadyTime kStart{1'000'000 * kMs};
 SteadyTime at(std::int64_t ms) { return kStart.after(ms * kMs); }
 
 /// Steps whenever it asks to be, and says when it stopped something.
-std::vector<std::int64_t> brakes(HeartbeatWatch& watch, std::int64_t until_ms) {
+std::vector<std::int64_t> brakes(HeartbeatMonitor& watch, std::int64_t until_ms) {
   std::vector<std::int64_t> times;
   while (!watch.isOver() && watch.deadline() <= at(until_ms)) {
     const SteadyTime now = watch.deadline();
@@ -29,8 +29,8 @@ std::vector<std::int64_t> brakes(HeartbeatWatch& watch, std::int64_t until_ms) {
   return times;
 }
 
-TEST(HeartbeatWatch, letsAPlayerThatBeatsMoveTheRobot) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, letsAPlayerThatBeatsMoveTheRobot) {
+  HeartbeatMonitor watch({});
   for (std::int64_t ms = 0; ms < 1000; ms += 20) {
     watch.beat(at(ms), {1}, at(ms));
     EXPECT_TRUE(watch.step(at(ms + 19)).empty());
@@ -40,8 +40,8 @@ TEST(HeartbeatWatch, letsAPlayerThatBeatsMoveTheRobot) {
   EXPECT_EQ(watch.reason(), "");
 }
 
-TEST(HeartbeatWatch, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1, 4}, at(0));
   const std::vector<std::int64_t> times = brakes(watch, 10'000);
   ASSERT_GT(times.size(), 10u) << "one may be lost";
@@ -52,15 +52,15 @@ TEST(HeartbeatWatch, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) 
             "(--longest-stall, ~longest_stall allows more)");
 }
 
-TEST(HeartbeatWatch, namesWhatIsInMotionAndNothingElse) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, namesWhatIsInMotionAndNothingElse) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1, 2}, at(0));
   watch.beat(at(20), {2}, at(20));
   EXPECT_EQ(watch.step(at(80)), Outputs{2});
 }
 
-TEST(HeartbeatWatch, brakesAtOnceWhenThePlayerIsGone) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, brakesAtOnceWhenThePlayerIsGone) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {3}, at(0));
   watch.stop(at(7), "the player is gone");
   EXPECT_EQ(watch.step(at(7)), Outputs{3});
@@ -70,8 +70,8 @@ TEST(HeartbeatWatch, brakesAtOnceWhenThePlayerIsGone) {
   EXPECT_TRUE(watch.isOver());
 }
 
-TEST(HeartbeatWatch, mindsNoSilenceWhileTheRobotStands) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, mindsNoSilenceWhileTheRobotStands) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1}, at(0));
   watch.beat(at(20), {}, at(20));
   EXPECT_EQ(watch.deadline(), SteadyTime::forever());
@@ -80,8 +80,8 @@ TEST(HeartbeatWatch, mindsNoSilenceWhileTheRobotStands) {
   EXPECT_TRUE(watch.isOver()) << "there is nothing to stop";
 }
 
-TEST(HeartbeatWatch, bearsALostBeat) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, bearsALostBeat) {
+  HeartbeatMonitor watch({});
   for (const std::int64_t ms : {0, 20, 60, 80, 120}) {  // those at 40 and 100 were lost
     EXPECT_TRUE(watch.step(at(ms)).empty());
     watch.beat(at(ms), {1}, at(ms));
@@ -89,8 +89,8 @@ TEST(HeartbeatWatch, bearsALostBeat) {
   EXPECT_EQ(watch.reason(), "");
 }
 
-TEST(HeartbeatWatch, waitsAsLongAsItIsTold) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, waitsAsLongAsItIsTold) {
+  HeartbeatMonitor watch({});
   watch.setLongestSilence(150 * kMs);
   watch.beat(at(0), {1}, at(0));
   EXPECT_TRUE(watch.step(at(149)).empty());
@@ -99,8 +99,8 @@ TEST(HeartbeatWatch, waitsAsLongAsItIsTold) {
             "(--longest-stall, ~longest_stall allows more)");
 }
 
-TEST(HeartbeatWatch, brakesAPlayerThatSleptThoughItSleptItself) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, brakesAPlayerThatSleptThoughItSleptItself) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1}, at(5000));
   watch.beat(at(1), {2}, at(8000));  // the first that is heard after waking
   EXPECT_EQ(watch.step(at(1)), (Outputs{1, 2}));
@@ -108,22 +108,22 @@ TEST(HeartbeatWatch, brakesAPlayerThatSleptThoughItSleptItself) {
             "(--longest-stall, ~longest_stall allows more)");
 }
 
-TEST(HeartbeatWatch, isNotAlarmedByBeatsThatWereHeardLateButSentInTime) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, isNotAlarmedByBeatsThatWereHeardLateButSentInTime) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1}, at(0));
   for (const std::int64_t ms : {20, 40, 60, 80}) watch.beat(at(90), {1}, at(ms));
   EXPECT_TRUE(watch.step(at(90)).empty()) << "it hung, the player did not";
 }
 
-TEST(HeartbeatWatch, mindsNoSleepWhileTheRobotStands) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, mindsNoSleepWhileTheRobotStands) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {}, at(0));
   watch.beat(at(1), {1}, at(60'000));
   EXPECT_TRUE(watch.step(at(1)).empty());
 }
 
-TEST(HeartbeatWatch, brakesAgainWhenAPlayerComesBackAndMoves) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, brakesAgainWhenAPlayerComesBackAndMoves) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1}, at(0));
   brakes(watch, 10'000);
   ASSERT_TRUE(watch.isOver());
@@ -135,8 +135,8 @@ TEST(HeartbeatWatch, brakesAgainWhenAPlayerComesBackAndMoves) {
   EXPECT_TRUE(watch.isOver());
 }
 
-TEST(HeartbeatWatch, neverWatchesAPlayerAgainThatHasEnded) {
-  HeartbeatWatch watch({});
+TEST(HeartbeatMonitor, neverWatchesAPlayerAgainThatHasEnded) {
+  HeartbeatMonitor watch({});
   watch.beat(at(0), {1}, at(0));
   watch.end();
   watch.beat(at(20), {1}, at(20));
@@ -180,7 +180,7 @@ struct MotionWatching : testing::Test {
       topic.channel = topic.output = channel;
       plan.topics.push_back(topic);
     }
-    watch = std::make_unique<MotionWatch>(plan);
+    watch = std::make_unique<MotionMonitor>(plan);
   }
   Bytes trajectory(std::uint8_t points) const {
     Value message = test::blank(command);
@@ -195,7 +195,7 @@ struct MotionWatching : testing::Test {
   Channel command =
       test::channelOf("/command", "trajectory_msgs/JointTrajectory", test::kBareTrajectory);
   Channel light = test::cloudChannel("/points");
-  std::unique_ptr<MotionWatch> watch;
+  std::unique_ptr<MotionMonitor> watch;
 };
 
 TEST_F(MotionWatching, knowsWhatStopsEachOutput) {
@@ -210,7 +210,7 @@ TEST_F(MotionWatching, seesVelocitiesBeginAndEnd) {
   EXPECT_TRUE(watch->sending(drive, test::twist(0.2)).is_motion);
   EXPECT_EQ(watch->moving(), Outputs{0});
   EXPECT_FALSE(watch->sending(drive, test::twist(0.3)).has_changed);
-  const MotionWatch::Change change = watch->sending(drive, test::twist(0));
+  const MotionMonitor::Change change = watch->sending(drive, test::twist(0));
   EXPECT_FALSE(change.is_motion);
   EXPECT_TRUE(change.has_changed);
   EXPECT_TRUE(watch->moving().empty());
@@ -227,7 +227,7 @@ TEST_F(MotionWatching, seesAnActionMoveUntilItsLastGoalIsOver) {
 }
 
 TEST_F(MotionWatching, haltsATrajectoryCommandByItsOwnJoints) {
-  const MotionWatch::Change change = watch->sending(command, trajectory(2));
+  const MotionMonitor::Change change = watch->sending(command, trajectory(2));
   EXPECT_TRUE(change.is_motion);
   EXPECT_EQ(watch->outputs()[2].stop, trajectory(0));
   EXPECT_FALSE(watch->sending(command, trajectory(0)).is_motion);

@@ -1,4 +1,4 @@
-#include "replay/motion/hold_to_run.hpp"
+#include "replay/motion/stops/hold_to_run.hpp"
 
 #include <gtest/gtest.h>
 

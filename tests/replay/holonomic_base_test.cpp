@@ -6,8 +6,8 @@
 #include <cmath>
 #include <string>
 
-#include "replay/motion/base_tracker.hpp"
-#include "replay/motion/swept_path.hpp"
+#include "replay/motion/base/base_tracker.hpp"
+#include "replay/motion/base/swept_path.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::holonomic_base_test {

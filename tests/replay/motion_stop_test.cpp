@@ -10,9 +10,9 @@
 #include <map>
 
 #include "replay/motion/motion_limits.hpp"
-#include "replay/motion/motion_watch.hpp"
 #include "replay/motion/odd_number.hpp"
-#include "replay/motion/stop_maker.hpp"
+#include "replay/motion/stops/motion_monitor.hpp"
+#include "replay/motion/stops/stop_maker.hpp"
 #include "tests/support/player_world.hpp"
 
 namespace afterglow::replay::motion_stop_test {
@@ -212,7 +212,7 @@ TEST(KindsOfMotion, areInMotionUntilTheirStopIsSent) {
     SCOPED_TRACE(pattern);
     PlayPlan plan;
     plan.topics = {plannedTopic(kind.channel)};
-    MotionWatch watch(plan);
+    MotionMonitor watch(plan);
     EXPECT_TRUE(watch.sending(kind.channel, kind.moving(kFast)).is_motion);
     if (stopOf(plan.topics[0]).kind == StopKind::EndsItself) {
       EXPECT_EQ(pattern, "pr2_controllers_msgs/Pr2GripperCommand*") << "a cancel lets go";
@@ -222,7 +222,7 @@ TEST(KindsOfMotion, areInMotionUntilTheirStopIsSent) {
     EXPECT_FALSE(watch.moving().empty());
     const Outputs moving = watch.moving();
     for (const std::uint32_t output : moving) {
-      const MotionWatch::Output stop = watch.outputs().at(output);
+      const MotionMonitor::Output stop = watch.outputs().at(output);
       EXPECT_FALSE(watch.sending(stop.channel, stop.stop).is_motion);
     }
     EXPECT_TRUE(watch.moving().empty());
@@ -474,12 +474,12 @@ TEST_F(StoppedReplay, neverCancelsAGripperThatWouldLetGo) {
 TEST(AbortedGoals, areHaltedByATrajectoryWithoutPoints) {
   PlayPlan plan;
   plan.topics = {plannedTopic(kArm)};
-  MotionWatch watch(plan);
+  MotionMonitor watch(plan);
   ASSERT_EQ(watch.outputs().size(), 2u);
   EXPECT_EQ(watch.outputs()[1].channel.topic, "/arm/command");
   watch.sending(kArm, goalMessage("a", {1}));
   watch.goals().finish("a", GoalOutcome::Failed, {});
-  const MotionWatch::End end = watch.goalEnded("a");
+  const MotionMonitor::End end = watch.goalEnded("a");
   ASSERT_TRUE(end.halt);
   EXPECT_EQ(watch.moving(), Outputs{1}) << "the controller may go on with it";
   EXPECT_FALSE(watch.goalEnded("a").halt) << "its status is seen again and again";
@@ -490,7 +490,7 @@ TEST(AbortedGoals, areHaltedByATrajectoryWithoutPoints) {
 TEST(AbortedGoals, areNotHaltedWhereTheyEndedWellOrAnotherOneCame) {
   PlayPlan plan;
   plan.topics = {plannedTopic(kArm)};
-  MotionWatch watch(plan);
+  MotionMonitor watch(plan);
   watch.sending(kArm, goalMessage("a", {1}));
   watch.goals().finish("a", GoalOutcome::Succeeded, {});
   EXPECT_FALSE(watch.goalEnded("a").halt);
@@ -506,7 +506,7 @@ TEST(Gripper, isStoppedByAGoalAtItsGapOnceThatIsKnown) {
   const Kind gripper = kinds().at("control_msgs/GripperCommandActionGoal");
   PlayPlan plan;
   plan.topics = {plannedTopic(gripper.channel)};
-  MotionWatch watch(plan);
+  MotionMonitor watch(plan);
   EXPECT_FALSE(watch.gapMeasured(0.1)) << "it stands";
   Value goal = decode(schemaOf(gripper.channel), gripper.moving(0.02));
   test::at(goal, "goal_id.id") = std::string("close");
@@ -515,7 +515,7 @@ TEST(Gripper, isStoppedByAGoalAtItsGapOnceThatIsKnown) {
   EXPECT_TRUE(watch.gapMeasured(0.07));
   EXPECT_EQ(watch.moving(), Outputs{1});
   EXPECT_FALSE(watch.gapMeasured(0.0702)) << "nearly the same";
-  const MotionWatch::Output hold = watch.outputs()[1];
+  const MotionMonitor::Output hold = watch.outputs()[1];
   EXPECT_EQ(hold.channel.topic, gripper.channel.topic);
   Value told = decode(schemaOf(hold.channel), hold.stop);
   EXPECT_EQ(std::get<double>(test::at(told, "goal.command.position")), 0.07);

@@ -1,5 +1,5 @@
 // Whether and how fast a base may drive, and whole drives among things and people.
-#include "replay/motion/obstacle_stop.hpp"
+#include "replay/motion/base/obstacle_stop.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "replay/motion/drive_timing.hpp"
+#include "replay/motion/base/drive_timing.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "replay/motion/patience.hpp"
+#include "replay/motion/stops/patience.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "replay/messages/document.hpp"
-#include "replay/motion/arm_start.hpp"
+#include "replay/motion/arm/arm_start.hpp"
 #include "tests/support/player_world.hpp"
 
 namespace afterglow::replay::player_arm_test {

@@ -1,7 +1,7 @@
 // The parts of the player, each by itself.
 #include <gtest/gtest.h>
 
-#include "replay/motion/motion_watch.hpp"
+#include "replay/motion/stops/motion_monitor.hpp"
 #include "tests/support/player_world.hpp"
 
 namespace afterglow::replay::player_parts_test {
@@ -115,7 +115,7 @@ TEST(GoalBook, isTheOneThatTheWatchdogLooksInto) {
   PlayPlan plan;
   plan.topics.emplace_back();
   plan.topics.back().channel = plan.topics.back().output = kArm;
-  MotionWatch watch(plan);
+  MotionMonitor watch(plan);
   watch.sending(kArm, goalMessage("a", {1}));
   watch.goals().add(kArm.topic, {kArm, {}, recordedAt(0), "a"});
   ASSERT_EQ(watch.goals().giveUp().size(), 1u);

@@ -6,8 +6,8 @@
 #include <limits>
 #include <random>
 
-#include "replay/motion/track_builder.hpp"
-#include "replay/motion/track_reader.hpp"
+#include "replay/motion/base/track_builder.hpp"
+#include "replay/motion/base/track_reader.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/motion/arm/start_pose.hpp"
 #include "replay/motion/planar_pose.hpp"
-#include "replay/motion/start_pose.hpp"
 
 namespace afterglow::replay::robot_joints_test {
 namespace {

@@ -61,8 +61,8 @@ TEST(SenderClock, followsAClockThatGoesWrongByAnHour) {
   }
 }
 
-TEST(StepWatch, noticesThatTheWallClockIsSetAndNotThatTimePasses) {
-  StepWatch watch;
+TEST(ClockStepDetector, noticesThatTheWallClockIsSetAndNotThatTimePasses) {
+  ClockStepDetector watch;
   EXPECT_FALSE(watch.hasStepped(ms(1'000'000), ms(0)));
   EXPECT_FALSE(watch.hasStepped(ms(1'060'010), ms(60'000)));
   EXPECT_TRUE(watch.hasStepped(ms(1'070'020), ms(60'010)));

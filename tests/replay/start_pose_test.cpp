@@ -1,11 +1,11 @@
-#include "replay/motion/start_pose.hpp"
+#include "replay/motion/arm/start_pose.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 
-#include "replay/motion/approach.hpp"
+#include "replay/motion/arm/approach.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"

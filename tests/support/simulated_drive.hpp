@@ -12,8 +12,8 @@
 #include <random>
 #include <vector>
 
-#include "replay/motion/base_tracker.hpp"
-#include "replay/motion/track_builder.hpp"
+#include "replay/motion/base/base_tracker.hpp"
+#include "replay/motion/base/track_builder.hpp"
 
 namespace afterglow::test {
 

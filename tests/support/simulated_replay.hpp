@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <functional>
 
-#include "replay/motion/base_tracker.hpp"
+#include "replay/motion/base/base_tracker.hpp"
 #include "tests/support/simulated_drive.hpp"
 
 namespace afterglow::test {

@@ -1,0 +1,77 @@
+/// \file
+/// A range finder's view of the floor around a base: points, and the directions that it sees. Base
+/// frame: meters, x ahead, y left; radians, counter-clockwise.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/motion/base/footprint.hpp"
+
+namespace afterglow::replay {
+
+/// A sensor_msgs/LaserScan: angles about the range finder's z.
+struct RangeScan {
+  Stamp stamp;
+  double angle_min = 0, angle_increment = 0;
+  double range_min = 0, range_max = 0;
+  std::vector<float> ranges;
+};
+
+/// The place of the range finder on the base: its origin, and its axes x and y seen from above. One
+/// that is mounted upside down has its y axis reversed.
+struct ScanMount {
+  FloorPoint origin;
+  FloorPoint x_axis{1, 0}, y_axis{0, 1};
+};
+
+/// A part of the robot that crosses the plane of the scan: what is seen so near to this line is
+/// the robot's own.
+struct OwnPart {
+  FloorPoint from, to;
+  double radius = 0;  ///< m
+};
+
+/// A value. NaN, infinite ranges and those out of the limits give no points; what is the robot's
+/// own gives none either.
+class FloorScan {
+ public:
+  struct Point {
+    FloorPoint at;
+    std::size_t beam = 0;
+    double range = 0;  ///< m
+  };
+
+  /// `own_outline`: what is seen within it is the robot's own; nullptr: it is not known. Throws
+  /// std::invalid_argument, one line, for angles or limits that are no numbers.
+  FloorScan(const RangeScan& scan, const ScanMount& mount, const Footprint* own_outline,
+            const std::vector<OwnPart>& own_parts);
+
+  Stamp stamp() const { return stamp_; }
+  const std::vector<Point>& points() const { return points_; }
+  /// rad between two beams
+  double increment() const { return increment_; }
+  /// No beam measured anything: it says nothing, least of all that all is free.
+  bool isBlind() const { return is_blind_; }
+  /// A beam looks that way and is neither hidden by the robot nor without a measurement. Infinite
+  /// ranges are measurements, of nothing.
+  bool sees(const FloorPoint& point) const;
+  /// Returns how much farther than the point the nearest thing within `beside` m of it lies, m:
+  /// below zero before the point. Infinite: nothing is seen; empty: nobody looks.
+  std::optional<double> beyond(const FloorPoint& point, double beside) const;
+
+ private:
+  std::ptrdiff_t beamTo(const FloorPoint& point) const;
+
+  Stamp stamp_;
+  double angle_min_, increment_;
+  ScanMount mount_;
+  std::vector<Point> points_;
+  std::vector<double> ranges_;  ///< range of each beam; infinite: nothing is there; NaN: it is
+                                ///< blind
+  bool is_blind_ = true;
+};
+
+}  // namespace afterglow::replay
