@@ -19,6 +19,12 @@ std::string afterglowCommand() {
   return std::filesystem::canonical("/proc/self/exe").parent_path() / "afterglow";
 }
 
+/// Makes the folder, with one for key frames, and returns its name.
+std::string withFrames(const std::string& folder) {
+  std::filesystem::create_directories(folder + "/frames");
+  return folder;
+}
+
 void runAll(const std::vector<std::vector<std::string>>& commands) {
   for (const std::vector<std::string>& command : commands) {
     const ProgramResult result = runProgram(command);
@@ -32,9 +38,7 @@ void runAll(const std::vector<std::vector<std::string>>& commands) {
 }  // namespace
 
 DemoFilms::DemoFilms(const DemoFolders& folders)
-    : folders_(folders), work_(folders.out + "/demo.mp4") {
-  std::filesystem::create_directories(folders.out + "/frames");
-}
+    : folders_(folders), work_(withFrames(folders.out) + "/demo.mp4") {}
 
 void DemoFilms::run(std::vector<Command> commands) {
   for (Command& command : commands) command.insert(command.begin(), {"nice", "-n", "19"});
