@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr int kSampleRate = 48000;
 /// eSpeak NG speaks at -20.7 LUFS; web video and podcasts are leveled to -16.
 constexpr double kGain_db = 4.7;
-constexpr const char* kPeakLimit = "0.84";  // -1.5 dB: AAC overshoots a little
+constexpr const char* kPeakLimit = "0.84";  // -1.5 dB
 
 /// An utterance as the film hears it, seconds.
 struct Clip {
@@ -78,8 +78,9 @@ void addSound(const std::string& silent, const std::vector<Clip>& clips, double 
   }
   arguments.insert(arguments.end(),
                    {"-filter_complex", soundTrack(clips, seconds), "-map", "0:v", "-c:v", "copy",
-                    "-map", "[sound]", "-c:a", "aac", "-b:a", "128k", "-movflags", "+faststart",
-                    "-f", "mp4", "file:" + part});
+                    "-map", "[sound]", "-c:a", "aac", "-b:a", "128k",
+                    // The other coder of AAC overshoots the limit by 2 dB, which clips.
+                    "-aac_coder", "fast", "-movflags", "+faststart", "-f", "mp4", "file:" + part});
   const ProgramResult result = runProgram(arguments);
   std::error_code ignored;
   if (result.status != 0) {
