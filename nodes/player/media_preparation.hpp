@@ -1,7 +1,6 @@
 /// \file
-/// Prepares this robot for the light and the speech of a replay, as a stagehand prepares a stage:
-/// anchors the light to its recorded place, finds sounds and meshes, and tells the speaker which
-/// sentences will come.
+/// Prepares this robot for the light and the speech of a replay: anchors the light to its recorded
+/// place, finds sounds and meshes, and tells the speaker which sentences will come.
 #pragma once
 
 #include <functional>

@@ -33,7 +33,7 @@ using visualization_msgs::Marker;
 constexpr std::int64_t kBegin = 1'600'000'000'000'000'000, kMs = 1'000'000;
 
 /// A robot that stood at x = 3, with a marker on it, and spoke.
-struct StagehandTest : testing::Test {
+struct MediaPreparationTest : testing::Test {
   template <typename MessageType>
   void record(const std::string& topic, int at_ms, const MessageType& recorded) {
     replay::Message message;
@@ -118,12 +118,13 @@ struct StagehandTest : testing::Test {
   std::mutex mutex;
   std::vector<Marker> markers;
   std::vector<std::string> heard;
-  ros::Subscriber marker_subscriber = node.subscribe("/marker", 10, &StagehandTest::onMarker, this);
+  ros::Subscriber marker_subscriber =
+      node.subscribe("/marker", 10, &MediaPreparationTest::onMarker, this);
   ros::Subscriber speech_subscriber =
-      node.subscribe("/robotsound", 10, &StagehandTest::onSpeech, this);
+      node.subscribe("/robotsound", 10, &MediaPreparationTest::onSpeech, this);
 };
 
-TEST_F(StagehandTest, refusesLightWhereTodaysTfHasNoAnchor) {
+TEST_F(MediaPreparationTest, refusesLightWhereTodaysTfHasNoAnchor) {
   const nlohmann::json report = replayed();
   const nlohmann::json& light = report["topics"]["/marker"];
   EXPECT_EQ(light["refused"], 1) << report.dump(2);
@@ -132,7 +133,7 @@ TEST_F(StagehandTest, refusesLightWhereTodaysTfHasNoAnchor) {
   EXPECT_EQ(report["topics"]["/robotsound"]["published"], 1) << "the rest goes on";
 }
 
-TEST_F(StagehandTest, tellsTodaysTfWhereRecordedFramesWereAndTheSpeakerWhatItWillSay) {
+TEST_F(MediaPreparationTest, tellsTodaysTfWhereRecordedFramesWereAndTheSpeakerWhatItWillSay) {
   const ros::Subscriber ahead = node.subscribe<SoundRequest>(
       "/robotsound/ahead", 10,
       [this](const sound_play::SoundRequestConstPtr& request) { hear("ahead " + request->arg); });
