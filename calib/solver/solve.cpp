@@ -295,8 +295,7 @@ State withCameraSettled(State state, const State& with_free_camera, CameraChange
   return state;
 }
 
-// ------------------------------------------------------------------------------------- the
-// evidence
+// ----------------------------------------------------------------------------------- the evidence
 
 using AllHeldOut = std::vector<std::optional<HeldOut>>;
 

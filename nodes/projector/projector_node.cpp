@@ -98,8 +98,8 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
 
 ProjectorNode::~ProjectorNode() { endDrawing(); }
 
-// --------------------------------------------------------------------------------------------
-// input
+// ------------------------------------------------------------------------------------------ input
+
 template <typename MessageType>
 void ProjectorNode::timeArrival(const MessageType& message) {
   const ros::Time* stamp = ros::message_traits::timeStamp(message);
@@ -146,8 +146,8 @@ ros::Time ProjectorNode::timeInOrder() {
   return now;
 }
 
-// ------------------------------------------------------------------------------------------
-// drawing
+// ---------------------------------------------------------------------------------------- drawing
+
 void ProjectorNode::startDrawing() {
   std::promise<void> started;
   std::future<void> start = started.get_future();
@@ -244,8 +244,8 @@ void ProjectorNode::stop() {
   for (const auto& output : outputs_) output->publishBlack();
 }
 
-// --------------------------------------------------------------------------------------
-// diagnostics
+// ------------------------------------------------------------------------------------ diagnostics
+
 void ProjectorNode::addSources(std::vector<LayerStatus>& layers) const {
   const TopicSources sources = topic_watch_->sources();
   for (std::size_t i = 0; i < layers.size(); ++i) {

@@ -58,8 +58,8 @@ ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHand
   beam_publisher_.publish(beamMarkers(lens_, config.frame, name, beam_m));
 }
 
-// ------------------------------------------------------------------------------------------
-// drawing
+// ---------------------------------------------------------------------------------------- drawing
+
 void ProjectorOutput::startDrawing(render::GlContext& context) {
   renderer_ = std::make_unique<render::ProjectorRenderer>(context, lens_, config_.drawing);
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -132,8 +132,8 @@ void ProjectorOutput::publishBlack() {
   publish(image, ros::Time::now());
 }
 
-// -------------------------------------------------------------------------------------------
-// window
+// ----------------------------------------------------------------------------------------- window
+
 std::optional<render::Image> ProjectorOutput::takePicture() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return std::exchange(picture_, std::nullopt);

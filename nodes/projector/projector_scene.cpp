@@ -132,8 +132,8 @@ ContentKey ProjectorScene::nextKey(std::size_t index) {
   return {"", config.decay_ns > 0 ? count : count % config.buffer_length};
 }
 
-// ------------------------------------------------------------------------------------------
-// markers
+// ---------------------------------------------------------------------------------------- markers
+
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& message,
                          ros::Time now) {
   frames_.forget(toNs(now));
@@ -204,8 +204,8 @@ void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
   layers_[layer].drop(reason);
 }
 
-// -------------------------------------------------------------------------------------------
-// frames
+// ----------------------------------------------------------------------------------------- frames
+
 void ProjectorScene::update(ros::Time now) {
   frames_.forget(toNs(now));
   for (const UnreadMesh& unread : unread_.takeRead()) {

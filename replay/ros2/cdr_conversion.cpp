@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "replay/messages/text.hpp"
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
@@ -13,13 +14,11 @@ namespace {
 constexpr std::size_t kEncapsulation = 4;
 constexpr std::uint8_t kBigEndian = 0, kLittleEndian = 1;  ///< of the second byte
 constexpr std::size_t kLongestPadding = 3;                 ///< behind a message
-constexpr std::size_t kFewElements = 64;
+constexpr std::size_t kFewElements = 64;  ///< without fields may come, however few bytes are left
 constexpr std::uint32_t kLastSecond = 0x7fffffff;  ///< of ROS 2, which counts by an int32
 
 /// What is drawn may lack what nothing here draws.
-bool isOnlyLookedAt(const std::string& type) {
-  return type.compare(0, 19, "visualization_msgs/") == 0;
-}
+bool isOnlyLookedAt(const std::string& type) { return beginsWith(type, "visualization_msgs/"); }
 
 /// The header's `seq`, which is in no message of ROS 2.
 bool hasSequence(const MessageType& type) {
@@ -210,7 +209,7 @@ class Ros1Writer : public Writer {
     number(static_cast<std::uint32_t>(text.size));
     put(text.begin, text.size);
   }
-  void empty(bool) {}
+  void empty() {}
 };
 
 class CdrWriter : public Writer {
@@ -229,13 +228,12 @@ class CdrWriter : public Writer {
     put(text.begin, text.size);
     putZeros(1);
   }
-  void empty(bool) { putZeros(1); }
+  void empty() { putZeros(1); }
 };
 
 }  // namespace
 
-// ----------------------------------------------------------------------------------------- the
-// walk
+// --------------------------------------------------------------------------------------- the walk
 
 /// One message on its way.
 template <typename From, typename To>
@@ -269,10 +267,9 @@ class CdrWalk {
 
   void copyMessage(std::size_t index) {
     const Type& type = conversion_.types_[index];
-    const bool is_outermost = index == 0;
     if (conversion_.ros2_.types()[type.ros2].fields.empty()) {
-      from_.takeEmpty(is_outermost);
-      return to_.empty(is_outermost);
+      from_.takeEmpty(index == 0);
+      return to_.empty();
     }
     if (!type.is_in_order) return copyInOtherOrder(type);
     for (const Link& link : type.links) copyLink(type, link);
@@ -374,7 +371,7 @@ class CdrWalk {
       return to_.putZeros(size);
     }
     const MessageType& type = conversion_.ros2_.types()[field.message];
-    if (type.fields.empty()) return to_.empty(false);
+    if (type.fields.empty()) return to_.empty();
     for (std::size_t i = hasSequence(type) ? 1 : 0; i < type.fields.size(); ++i) {
       putNothing(type, i);
     }
@@ -399,8 +396,7 @@ Bytes CdrConversion::toRos2(const Bytes& ros1) const {
   return CdrWalk<Ros1Reader, CdrWriter>(*this, ros1).walk(Rest::Refused);
 }
 
-// ----------------------------------------------------------------------------------------- the
-// plan
+// --------------------------------------------------------------------------------------- the plan
 
 CdrConversion::CdrConversion(Schema ros2, Schema ros1, const Ros2Bounds& bounds)
     : ros2_(std::move(ros2)), ros1_(std::move(ros1)) {

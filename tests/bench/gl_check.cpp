@@ -44,8 +44,8 @@ calib::Lens lensOf(const Size& size) {
                     {-0.2, 0.05, 0.001, -0.001, 0});
 }
 
-// ------------------------------------------------------------------------------------ a cloud's
-// bytes
+// -------------------------------------------------------------------------------- a cloud's bytes
+
 constexpr std::size_t kStep = 32, kColorAt = 16;
 
 /// The data of a depth camera's PointCloud2: x, y, z, rgb, 32 bytes a point.

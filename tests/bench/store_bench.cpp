@@ -117,8 +117,7 @@ void readBack(benchmark::State& state) {
   report(state, count, size);
 }
 
-// --------------------------------------------------------------- a million messages, 1,000
-// behaviors
+// ------------------------------------------------------------ a million messages, 1,000 behaviors
 
 /// Ten recordings of a hundred behaviors of ten seconds, one after the other, with twenty names;
 /// one in ten failed. Each has 1,000 messages on ten topics and a snapshot as a recorder makes it.

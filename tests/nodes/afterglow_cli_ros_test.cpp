@@ -251,8 +251,7 @@ TEST_P(ImportedSession, isPlayedByRosbag) {
   EXPECT_EQ(played.status, 0) << played.output;
 }
 
-// ---------------------------------------------------------------------------------------- bad
-// input
+// -------------------------------------------------------------------------------------- bad input
 
 TEST_P(ImportedSession, staysAsItIsWhenAnImportFails) {
   const std::string before = afterglow({"list", "--json"}).output;

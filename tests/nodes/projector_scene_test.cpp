@@ -79,8 +79,8 @@ class ProjectorSceneTest : public ::testing::Test {
   ProjectorScene scene{config(), buffer};
 };
 
-// ------------------------------------------------------------------------------------------
-// markers
+// ---------------------------------------------------------------------------------------- markers
+
 TEST_F(ProjectorSceneTest, replacesAndDeletesByNamespaceAndId) {
   add(cube(1), at(0));
   add(cube(1, "map", "other"), at(0));
@@ -374,8 +374,8 @@ TEST_F(ProjectorSceneTest, boundsTheNumberOfMarkers) {
   EXPECT_EQ(dropped(kMarkers).at("too many markers"), 100u);
 }
 
-// ----------------------------------------------------------------------------------- clouds and
-// paths
+// ------------------------------------------------------------------------------- clouds and paths
+
 TEST_F(ProjectorSceneTest, keepsTheNewestCloudAndClearsOnAnEmptyOne) {
   scene.add(kCloud, cloudMessage("map", {{1, 0, 0}, {2, 0, 0}}), at(0));
   scene.add(kCloud, cloudMessage("map", {{3, 0, 0}}), at(1));
@@ -408,8 +408,8 @@ TEST_F(ProjectorSceneTest, drawsPathsAndClearsThem) {
   EXPECT_TRUE(drawn(kPath, at(1)).empty());
 }
 
-// ----------------------------------------------------------------------------------------
-// projector
+// -------------------------------------------------------------------------------------- projector
+
 TEST_F(ProjectorSceneTest, staysDarkWithoutTheProjectorsPose) {
   SceneSnapshot snapshot = scene.snapshot(at(0));
   EXPECT_FALSE(snapshot.T_projector_world);
@@ -574,8 +574,8 @@ TEST(ProjectorPose, goesOnTurningAboutItsAxis) {
   EXPECT_NEAR(T.translation().norm(), 0, 1e-12);
 }
 
-// -----------------------------------------------------------------------------------------
-// surfaces
+// --------------------------------------------------------------------------------------- surfaces
+
 TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
   ProjectorConfig on_table = config();
   on_table.surfaces.resize(1);

@@ -307,8 +307,7 @@ TEST_F(ReplayGuard, refusesControllersAndJointsThatAreNotThere) {
   EXPECT_EQ(resultText(), "motion is refused: this robot has no joint tail (/joint_states)");
 }
 
-// ----------------------------------------------------------------------- who is told to end, ends
-// after the robot
+// ------------------------------------------------------- who is told to end, ends after the robot
 
 TEST_F(ReplayGuard, stopsTheRobotBeforeItObeysAShutdown) {
   expectStoppedByTheGuardAlone("the watchdog was ended by a shutdown request", [this](pid_t) {

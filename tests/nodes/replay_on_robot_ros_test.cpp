@@ -235,8 +235,7 @@ TEST_F(ReplayOnRobot, reachesTwiceInARowWithoutAJumpAndDrivesToWhereItHadDriven)
   expectWayToTheStart(behavior);
 }
 
-// ------------------------------------------------------------------------------------ in the
-// middle
+// ---------------------------------------------------------------------------------- in the middle
 
 control_msgs::FollowJointTrajectoryGoal wave() {
   control_msgs::FollowJointTrajectoryGoal goal;
@@ -346,8 +345,7 @@ TEST_F(ReplayOnRobot, stopsWhenJointStatesDieWhileAGoalRuns) {
   EXPECT_LT(witness->height(), 0.8 * kHeight) << "it did not go on unseen";
 }
 
-// --------------------------------------------------------------------------- who is there to
-// listen
+// ------------------------------------------------------------------------- who is there to listen
 
 TEST_F(ReplayOnRobot, movesNobodyWhereARobotOfThatNamespaceIsNotThereNorAtImpossibleRates) {
   const std::int64_t behavior = record({kTorsoAction + "/goal", "/cmd_vel"}, [this] { perform(); });

@@ -294,8 +294,7 @@ TEST_F(BagFileTest, takesTheWholeChunksOfABagThatWasNotClosed) {
   EXPECT_LT(result.messages, 1700u);
 }
 
-// ----------------------------------------------------------------------------- failing to write
-// one
+// --------------------------------------------------------------------------- failing to write one
 
 TEST_F(BagFileTest, leavesTheOldBagWhenExportFails) {
   const std::string before = fileBytes(bag_);

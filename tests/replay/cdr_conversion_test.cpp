@@ -13,6 +13,7 @@ namespace afterglow::replay::cdr_conversion_test {
 namespace {
 
 using Cdr = test::CdrBytes;
+using test::messageErrorOf;
 
 constexpr const char* kHeader =
     "===\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
@@ -27,16 +28,6 @@ CdrConversion conversion(const std::string& definition) {
 }
 
 std::string textOf(const Bytes& bytes) { return {bytes.begin(), bytes.end()}; }
-
-template <typename Work>
-std::string messageErrorOf(const Work& work) {
-  try {
-    work();
-  } catch (const MessageError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 /// The header {stamp: 7 s, 8 ns; frame_id: "map"} as rclpy of Kilted serializes it.
 const std::string kRclpyHeader = "000100000700000008000000040000006d617000";

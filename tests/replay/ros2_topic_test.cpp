@@ -21,6 +21,7 @@ constexpr const char* kHeaderText =
     "MSG: builtin_interfaces/msg/Time\nint32 sec\nuint32 nanosec\n";
 
 using Cdr = test::CdrBytes;
+using test::messageErrorOf;
 
 /// Knows the types of this map.
 FindDefinition knows(std::map<std::string, std::string> texts) {
@@ -33,16 +34,6 @@ FindDefinition knows(std::map<std::string, std::string> texts) {
 
 Ros2Description described(const std::string& type, const std::string& definition) {
   return {"/topic", type, "cdr", "ros2msg", definition, ""};
-}
-
-template <typename Work>
-std::string messageErrorOf(const Work& work) {
-  try {
-    work();
-  } catch (const MessageError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 /// The ROS 1 message as JSON.

@@ -285,8 +285,7 @@ TEST(StartPose, allowsForWhatLocalizationCannotKnowWithinBounds) {
   EXPECT_NEAR(blind.base_turn, StartTolerances().base_turn + 0.1, 1e-9);
 }
 
-// -------------------------------------------------------------------------------- the way back
-// there
+// ----------------------------------------------------------------------------- the way back there
 
 TEST_F(StartPoseOf, isApproachedSlowlyFromWhereItIsThroughTheActionsOwnGoal) {
   recordJoints(-100, {{"elbow", 0.5}, {"wrist", 0.3}});

@@ -344,8 +344,7 @@ TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
   }
 }
 
-// ------------------------------------------------------------------------ processes that come to
-// grief
+// ------------------------------------------------------------------- processes that come to grief
 
 constexpr std::uint64_t kInBatch = 20;
 

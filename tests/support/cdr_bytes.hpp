@@ -1,5 +1,5 @@
 /// \file
-/// Messages of ROS 2, byte by byte.
+/// Messages of ROS 2, byte by byte, and what is said of them.
 #pragma once
 
 #include <algorithm>
@@ -39,5 +39,16 @@ class CdrBytes {
   bool is_big_;
   std::uint8_t padding_;
 };
+
+/// The MessageError that the work throws; empty: it throws none.
+template <typename Work>
+std::string messageErrorOf(const Work& work) {
+  try {
+    work();
+  } catch (const replay::MessageError& error) {
+    return error.what();
+  }
+  return "";
+}
 
 }  // namespace afterglow::test
