@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "nodes/projector/recorded_scene.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -37,6 +38,11 @@ BehaviorSource openBehavior(const std::string& what, const std::string& store) {
   source.name =
       "behavior " + std::to_string(source.behavior.id) + " '" + source.behavior.name + "'";
   return source;
+}
+
+double secondsOf(const BehaviorSource& source) {
+  const replay::Stamp end = endOf(*source.store, source.behavior);
+  return static_cast<double>(end.ns - source.behavior.begin.ns) * 1e-9;
 }
 
 }  // namespace afterglow::nodes

@@ -20,4 +20,7 @@ struct BehaviorSource {
 /// Throws replay::StoreError, and std::runtime_error for a bag that cannot be read.
 BehaviorSource openBehavior(const std::string& what, const std::string& store);
 
+/// Returns how long the behavior is, seconds (endOf()).
+double secondsOf(const BehaviorSource& source);
+
 }  // namespace afterglow::nodes
