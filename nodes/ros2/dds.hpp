@@ -1,0 +1,143 @@
+/// \file
+/// DDS as ROS 2 uses it, with messages as bytes: readers and writers of any topic and type, and
+/// those of others as they come and go. Fast DDS stays in dds.cpp, which knows its versions.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/ros2/ros2_graph.hpp"
+
+namespace afterglow::nodes {
+
+/// The name of a reader or a writer that no other has in the network.
+struct DdsGuid {
+  std::array<std::uint8_t, 16> bytes{};
+
+  bool isKnown() const { return *this != DdsGuid(); }
+  bool isOfParticipant(const DdsGuid& other) const;  ///< both are of one participant
+  friend bool operator==(const DdsGuid& a, const DdsGuid& b) { return a.bytes == b.bytes; }
+  friend bool operator!=(const DdsGuid& a, const DdsGuid& b) { return a.bytes != b.bytes; }
+  friend bool operator<(const DdsGuid& a, const DdsGuid& b) { return a.bytes < b.bytes; }
+};
+
+/// What a writer offers, or a reader asks for.
+struct DdsQos {
+  bool is_reliable = true;
+  bool is_transient_local = false;  ///< whoever comes late gets the last messages
+  std::int32_t depth = 10;          ///< messages that are kept; others do not tell theirs: 0
+
+  friend bool operator<(const DdsQos& a, const DdsQos& b) {
+    return std::pair(a.is_reliable, a.is_transient_local) <
+           std::pair(b.is_reliable, b.is_transient_local);
+  }
+};
+
+/// A reader or a writer of another program.
+struct DdsEndpoint {
+  DdsGuid guid;
+  bool is_writer = false;
+  std::string topic, type;  ///< as DDS has them: "rt/chatter", "std_msgs::msg::dds_::String_"
+  DdsQos qos;
+  std::string type_hash;  ///< "RIHS01_..."; empty: a node before Iron
+};
+
+/// A message's place in all that was written.
+struct SampleIdentity {
+  DdsGuid writer;
+  std::int64_t sequence = 0;
+
+  friend bool operator<(const SampleIdentity& a, const SampleIdentity& b) {
+    return a.writer == b.writer ? a.sequence < b.sequence : a.writer < b.writer;
+  }
+};
+
+struct DdsSample {
+  DdsGuid writer;
+  SampleIdentity identity;
+  SampleIdentity related;  ///< a reply's request; a request's reader of replies, without sequence
+  replay::Stamp sent;      ///< the writer's clock
+  replay::Bytes cdr;       ///< with the encapsulation header's 4 bytes
+};
+
+class DdsParticipant {
+ public:
+  struct Listener {
+    /// An endpoint of others came, changed or went.
+    std::function<void()> on_change;
+    /// One line: a reader or writer of this participant meets one that asks for, or offers, what
+    /// does not fit, so that no message passes. Said each time.
+    std::function<void(const std::string& why)> on_misfit;
+  };
+
+  /// The listener is called in threads of DDS and must not call DDS. Throws std::runtime_error if
+  /// DDS refuses. With this machine alone, nothing is sent to or taken from a network.
+  DdsParticipant(const replay::Ros2Network& network, const std::string& name, Listener listener);
+  /// Its readers and writers are gone by then.
+  ~DdsParticipant();
+  DdsParticipant(const DdsParticipant&) = delete;
+  DdsParticipant& operator=(const DdsParticipant&) = delete;
+
+  /// The endpoints of others, by topic and GUID. Those of Afterglow's participants, in whichever
+  /// process, are left out, so that what one sends is not taken for a robot's. Any thread.
+  std::vector<DdsEndpoint> endpoints() const;
+
+ private:
+  friend class DdsReader;
+  friend class DdsWriter;
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// Any thread; destroyed in none of DDS's.
+class DdsWriter {
+ public:
+  /// Throws std::runtime_error, one line, if DDS refuses, as it does for a second type of a topic.
+  DdsWriter(DdsParticipant& participant, const std::string& topic, const std::string& type,
+            const DdsQos& qos);
+  ~DdsWriter();
+  DdsWriter(const DdsWriter&) = delete;
+  DdsWriter& operator=(const DdsWriter&) = delete;
+
+  /// `related`: a reply's request, or a request's reader of replies. Returns the message's
+  /// identity. Throws std::runtime_error if a reliable reader is so far behind that there is no
+  /// room.
+  SampleIdentity write(const replay::Bytes& cdr, const SampleIdentity& related = {});
+  DdsGuid guid() const;
+  /// The readers that get what is written from now on.
+  std::vector<DdsGuid> matched() const;
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// Any thread; destroyed in none of DDS's.
+class DdsReader {
+ public:
+  /// Called in a thread of DDS, one message after the other, until the reader is destroyed, which
+  /// waits for the call under way. Must not throw.
+  using Take = std::function<void(DdsSample&& sample)>;
+
+  /// Throws as DdsWriter.
+  DdsReader(DdsParticipant& participant, const std::string& topic, const std::string& type,
+            const DdsQos& qos, Take take);
+  ~DdsReader();
+  DdsReader(const DdsReader&) = delete;
+  DdsReader& operator=(const DdsReader&) = delete;
+
+  DdsGuid guid() const;
+  std::vector<DdsGuid> matched() const;  ///< writers
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace afterglow::nodes

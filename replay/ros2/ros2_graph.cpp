@@ -1,0 +1,105 @@
+#include "replay/ros2/ros2_graph.hpp"
+
+#include <charconv>
+#include <stdexcept>
+#include <string_view>
+
+#include "replay/messages/text.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::string_view kTopics = "rt/", kRequests = "rq/", kRequest = "Request";
+constexpr std::string_view kBetween = "::dds_::";
+/// Ports of higher domains are no ports.
+constexpr std::uint32_t kHighestDomain = 232;
+
+std::uint32_t domainOf(const char* text) {
+  if (!text || !*text) return 0;
+  const std::string_view written = text;
+  const char* end = written.data() + written.size();
+  std::uint32_t domain = 0;
+  const auto read = std::from_chars(written.data(), end, domain);
+  if (read.ec != std::errc() || read.ptr != end || domain > kHighestDomain) {
+    throw std::invalid_argument("ROS_DOMAIN_ID is '" + std::string(written.substr(0, 40)) +
+                                "'; expected a number from 0 to 232");
+  }
+  return domain;
+}
+
+bool isSubnet(const std::string& range) {
+  if (range == "SUBNET") return true;
+  if (range.empty() || range == "LOCALHOST" || range == "SYSTEM_DEFAULT") return false;
+  throw std::invalid_argument("ROS_AUTOMATIC_DISCOVERY_RANGE is '" + range.substr(0, 40) +
+                              "'; expected LOCALHOST or SUBNET");
+}
+
+}  // namespace
+
+std::string ddsTopicName(const std::string& topic) { return "rt" + topic; }
+
+std::optional<std::string> topicOfDds(const std::string& dds_topic) {
+  if (!beginsWith(dds_topic, kTopics)) return std::nullopt;
+  return dds_topic.substr(kTopics.size() - 1);
+}
+
+std::string ddsTypeName(const std::string& ros2_type) {
+  std::string name;
+  const std::size_t last = ros2_type.rfind('/');
+  for (std::size_t i = 0; i < ros2_type.size(); ++i) {
+    if (i == last) {
+      name += kBetween;
+    } else if (ros2_type[i] == '/') {
+      name += "::";
+    } else {
+      name += ros2_type[i];
+    }
+  }
+  return name + "_";
+}
+
+std::optional<std::string> typeOfDds(const std::string& dds_type) {
+  const std::size_t between = dds_type.find(kBetween), first = dds_type.find("::");
+  if (between == std::string::npos || first >= between || dds_type.back() != '_') {
+    return std::nullopt;
+  }
+  const std::size_t name = between + kBetween.size();
+  return dds_type.substr(0, first) + "/" + dds_type.substr(first + 2, between - first - 2) + "/" +
+         dds_type.substr(name, dds_type.size() - 1 - name);
+}
+
+ServiceNames serviceNames(const std::string& service, const std::string& type) {
+  return {"rq" + service + "Request", ddsTypeName(type + "_Request"), "rr" + service + "Reply",
+          ddsTypeName(type + "_Response")};
+}
+
+std::optional<std::string> serviceOfDds(const std::string& request_topic) {
+  if (!beginsWith(request_topic, kRequests) || !endsWith(request_topic, kRequest)) {
+    return std::nullopt;
+  }
+  const std::size_t begin = kRequests.size() - 1;
+  return request_topic.substr(begin, request_topic.size() - kRequest.size() - begin);
+}
+
+bool isBridged(const std::string& topic) {
+  return topic != "/rosout" && topic != "/rosout_agg" && topic != "/parameter_events" &&
+         topic.find("/_") == std::string::npos;
+}
+
+Ros2Network ros2Network(const std::string& asked,
+                        const std::function<const char*(const char*)>& variable) {
+  Ros2Network network;
+  network.domain = domainOf(variable("ROS_DOMAIN_ID"));
+  if (asked.empty()) {
+    const char* range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE");
+    network.is_subnet = isSubnet(range ? range : "");
+  } else if (asked == "subnet") {
+    network.is_subnet = true;
+  } else if (asked != "machine") {
+    throw std::invalid_argument("~network is '" + asked.substr(0, 40) +
+                                "'; expected machine or subnet");
+  }
+  return network;
+}
+
+}  // namespace afterglow::replay

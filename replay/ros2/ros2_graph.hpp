@@ -1,0 +1,50 @@
+/// \file
+/// A graph of ROS 2 as DDS has it: names of topics, types and services, and how far the graph
+/// reaches. Source: design.ros2.org/articles/topic_and_service_names.html; rmw_dds_common.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace afterglow::replay {
+
+/// "rt/a/b" of the topic "/a/b".
+std::string ddsTopicName(const std::string& topic);
+/// "/a/b" of "rt/a/b"; empty for what is no topic of a node: services, and whatever is not ROS 2's.
+std::optional<std::string> topicOfDds(const std::string& dds_topic);
+
+/// "geometry_msgs::msg::dds_::Twist_" of "geometry_msgs/msg/Twist".
+std::string ddsTypeName(const std::string& ros2_type);
+/// "geometry_msgs/msg/Twist" of that; empty for a type that is not ROS 2's.
+std::optional<std::string> typeOfDds(const std::string& dds_type);
+
+/// The two topics of a service, with their types.
+struct ServiceNames {
+  std::string request_topic, request_type, reply_topic, reply_type;
+};
+/// `service`: "/node/get_type_description"; `type`: "type_description_interfaces/srv/
+/// GetTypeDescription". An action's: "/fibonacci/_action/send_goal" of
+/// "test_msgs/action/Fibonacci_SendGoal".
+ServiceNames serviceNames(const std::string& service, const std::string& type);
+/// "/node/get_type_description" of "rq/node/get_type_descriptionRequest"; empty for what is no
+/// topic of requests.
+std::optional<std::string> serviceOfDds(const std::string& request_topic);
+
+/// Whether a bridge carries the topic: not the graph's own (/rosout, /parameter_events), nor those
+/// of actions, which are translated.
+bool isBridged(const std::string& topic);
+
+/// How far a graph reaches.
+struct Ros2Network {
+  std::uint32_t domain = 0;
+  bool is_subnet = false;  ///< other machines, too; else this machine alone
+};
+/// `asked`: "machine", "subnet", or empty: as ROS_AUTOMATIC_DISCOVERY_RANGE says, which `variable`
+/// returns as it does ROS_DOMAIN_ID (null: not set); without it this machine alone. Throws
+/// std::invalid_argument, one line, for what is none of these.
+Ros2Network ros2Network(const std::string& asked,
+                        const std::function<const char*(const char*)>& variable);
+
+}  // namespace afterglow::replay
