@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 
 #include "replay/messages/text.hpp"
 #include "replay/query/nearest.hpp"
@@ -28,6 +29,23 @@ SpokenWords tellingWords(const SpokenWords& words) {
   std::copy_if(words.begin(), words.end(), std::back_inserter(telling),
                [](const auto& word) { return isTelling(word) && word != "one"; });
   return telling;
+}
+
+/// The words that name what is asked about: "why did you wave" -> wave.
+SpokenWords namingWords(const SpokenWords& words) {
+  SpokenWords naming = tellingWords(words);
+  const auto isNoName = [](const auto& word) { return isAsking(word) || word == "about"; };
+  naming.erase(std::remove_if(naming.begin(), naming.end(), isNoName), naming.end());
+  return naming;
+}
+
+/// Takes an English ending off: "waving" and "waves" are "wav" as "wave" is.
+std::string stemOf(const std::string& word) {
+  for (const std::string ending : {"ing", "ed", "es", "s", "e"}) {
+    const bool is_long = word.size() >= ending.size() + 3;
+    if (is_long && endsWith(word, ending)) return word.substr(0, word.size() - ending.size());
+  }
+  return word;
 }
 
 std::string shortened(const std::string& text) {
@@ -66,12 +84,15 @@ AskAnswer Asking::ask(const std::string& text, const std::vector<Behavior>& beha
     return unknown(fmt::format("That is too long for a question: {} letters.", text.size()));
   }
   SpokenWords words = spokenWords(text);
-  Asked asked{behaviors, said, now, {}};
-  if (words.empty()) return unknown("I heard no word. " + known());
+  Asked asked{behaviors, said, now, {}, {}};
+  if (words.empty()) return unknown("I heard no word. " + known(asked));
   if (const auto answer = answerBack(words, asked)) return *answer;
   pending_.clear();
   asked.time = takeTime(words, now);
-  return askAnew(plainWords(words, book_), asked);
+  const bool is_order = hasWord(words, "show") || hasWord(words, "tell");
+  words = plainWords(words, book_);
+  if (is_order || isQuestion(words)) asked.named = namingWords(words);
+  return askAnew(words, asked);
 }
 
 // ------------------------------------------------------------------------- what was asked back
@@ -82,7 +103,7 @@ std::optional<AskAnswer> Asking::answerBack(const SpokenWords& words, const Aske
   const SpokenWords telling = tellingWords(words);
   if (telling.size() == 1 && (hasWord({"no", "neither", "none", "nothing"}, telling[0]))) {
     pending_.clear();
-    return unknown("Then I do not know. " + known());
+    return unknown("Then I do not know. " + known(asked));
   }
   const auto candidate = chosen(telling);
   if (!candidate) return std::nullopt;
@@ -121,34 +142,66 @@ AskAnswer Asking::askAnew(const SpokenWords& words, const Asked& asked) {
   if (is_relative && !last_) {
     return unknown("I have not answered anything yet that '" + asked.time.text + "' could mean.");
   }
-  std::vector<PhraseMatch> matches = matchPhrases(book_, words);
-  if (matches.empty() || matches[0].score < kThinkable) {
-    return unknown("I do not know that. " + known());
+  Matches matches = matchBook(words, asked);
+  const bool is_sure = matches.is_sure && !matches.candidates.empty();
+  if (!is_sure) {
+    auto own = matchBehaviors(asked, false);
+    if (own.empty() && matches.candidates.size() != 1) own = matchBehaviors(asked, true);
+    if (!own.empty()) matches = {std::move(own), true, true};
   }
+  if (!matches.is_known) return unknown("I do not know that. " + known(asked));
+  if (matches.candidates.empty()) {
+    return unknown(fmt::format("I remember nothing of that kind{}.",
+                               asked.time.isGiven() ? " " + asked.time.text : std::string()));
+  }
+  const bool is_one = matches.is_sure && matches.candidates.size() == 1;
+  return is_one ? found(matches.candidates[0], asked)
+                : askBack(std::move(matches.candidates), asked.now);
+}
+
+Asking::Matches Asking::matchBook(const SpokenWords& words, const Asked& asked) const {
+  const std::vector<PhraseMatch> matches = matchPhrases(book_, words);
+  if (matches.empty() || matches[0].score < kThinkable) return {};
   const double best = matches[0].score;
-  std::vector<Candidate> candidates;
-  bool is_sure = best >= kAccepted;
+  Matches found{{}, best >= kAccepted, true};
   for (const PhraseMatch& match : matches) {
     if (match.score < kThinkable || match.score < best - kAsGood) continue;
     // A match that is sure is not made doubtful by another that is not.
     if (matches[0].is_sure && !match.is_sure) continue;
-    is_sure = is_sure && match.is_sure;
+    found.is_sure = found.is_sure && match.is_sure;
     const Question& question = book_.questions[match.question];
     for (const Behavior& behavior : behaviorsOf(match, asked)) {
-      const bool is_known = std::any_of(candidates.begin(), candidates.end(), [&](const auto& c) {
-        return c.behavior.id == behavior.id;
-      });
+      const bool is_known =
+          std::any_of(found.candidates.begin(), found.candidates.end(),
+                      [&](const auto& c) { return c.behavior.id == behavior.id; });
       if (is_known) continue;
-      candidates.push_back({match.question, behavior, question.may_move && match.is_exact,
-                            fmt::format("matched '{}' -> {}", match.phrasing, behavior.name)});
+      found.candidates.push_back(
+          {behavior, question.may_move && match.is_exact, question.in_words,
+           fmt::format("matched '{}' -> {}", match.phrasing, behavior.name)});
     }
   }
-  if (candidates.empty()) {
-    return unknown(fmt::format("I remember nothing of that kind{}.",
-                               asked.time.isGiven() ? " " + asked.time.text : std::string()));
+  return found;
+}
+
+/// Returns the behaviors whose own words hold all that is named; those that are called so alone
+/// before others.
+std::vector<Asking::Candidate> Asking::matchBehaviors(const Asked& asked, bool with_said) const {
+  if (asked.named.empty()) return {};
+  std::vector<Behavior> fitting, called;
+  for (const Behavior& behavior : asked.behaviors) {
+    if (!isAtTime(behavior, asked) || !names(ownWords(behavior, asked, with_said), asked.named)) {
+      continue;
+    }
+    fitting.push_back(behavior);
+    const SpokenWords name = plainWords(spokenWords(behavior.name), book_);
+    if (name.size() == asked.named.size()) called.push_back(behavior);
   }
-  if (is_sure && candidates.size() == 1) return found(candidates[0], asked);
-  return askBack(std::move(candidates), asked.now);
+  std::vector<Candidate> candidates;
+  for (const Behavior& behavior : newestOfEach(called.empty() ? fitting : called, asked)) {
+    candidates.push_back(
+        {behavior, false, false, fmt::format("'{}' names {}", joined(asked.named), behavior.name)});
+  }
+  return candidates;
 }
 
 /// Returns the behaviors that a match may mean: one for a behavior by name, the newest of each name
@@ -160,10 +213,19 @@ std::vector<Behavior> Asking::behaviorsOf(const PhraseMatch& match, const Asked&
   for (const Behavior& behavior : asked.behaviors) {
     const bool is_named = is_any || lowerCase(behavior.name) == lowerCase(name);
     if (!is_named || !isAtTime(behavior, asked)) continue;
-    if (!names(behavior, match.slot, asked.said)) continue;
+    const bool has_slot = !match.slot.empty();
+    if (has_slot && !names(ownWords(behavior, asked, true), match.slot)) continue;
     fitting.push_back(behavior);
   }
-  if (!is_any || asked.time.which != SpokenTime::Which::Newest) {
+  if (is_any) return newestOfEach(fitting, asked);
+  const auto one = pickOne(fitting, asked);
+  return one ? std::vector<Behavior>{*one} : std::vector<Behavior>{};
+}
+
+/// Returns the one that a time picks, or the newest of each name.
+std::vector<Behavior> Asking::newestOfEach(const std::vector<Behavior>& fitting,
+                                           const Asked& asked) const {
+  if (asked.time.which != SpokenTime::Which::Newest) {
     const auto one = pickOne(fitting, asked);
     return one ? std::vector<Behavior>{*one} : std::vector<Behavior>{};
   }
@@ -202,20 +264,26 @@ bool Asking::isAtTime(const Behavior& behavior, const Asked& asked) const {
   return true;
 }
 
-/// Returns true if all that the person named occurs in the behavior.
-bool Asking::names(const Behavior& behavior, const SpokenWords& slot,
-                   const SentencesOf& said) const {
-  if (slot.empty()) return true;
-  std::string text = behavior.name + " " + behavior.parameters;
+/// Returns a behavior's name and tags; with what was said also that and its parameters.
+std::string Asking::ownWords(const Behavior& behavior, const Asked& asked, bool with_said) {
+  std::string text = behavior.name;
   for (const std::string& tag : behavior.tags) text += " " + tag;
-  for (const std::string& sentence : said(behavior)) text += " " + sentence;
+  if (!with_said) return text;
+  text += " " + behavior.parameters;
+  for (const std::string& sentence : asked.said(behavior)) text += " " + sentence;
+  return text;
+}
+
+/// Returns true if all that the person named occurs in the text.
+bool Asking::names(const std::string& text, const SpokenWords& slot) const {
   SpokenWords known;
   for (std::size_t at = 0; at < text.size(); at += kLongestQuestion) {
-    const SpokenWords words = plainWords(spokenWords(text.substr(at, kLongestQuestion)), book_);
-    known.insert(known.end(), words.begin(), words.end());
+    for (const auto& word : plainWords(spokenWords(text.substr(at, kLongestQuestion)), book_)) {
+      known.push_back(stemOf(word));
+    }
   }
   return std::all_of(slot.begin(), slot.end(), [&](const std::string& word) {
-    return !isTelling(word) || hasWord(known, word);
+    return !isTelling(word) || hasWord(known, stemOf(word));
   });
 }
 
@@ -227,7 +295,7 @@ AskAnswer Asking::found(const Candidate& candidate, const Asked& asked) {
   answer.kind = AskAnswer::Kind::Found;
   answer.behavior = behavior;
   answer.may_move = candidate.may_move;
-  answer.in_words = book_.questions[candidate.question].in_words;
+  answer.in_words = candidate.in_words;
   answer.why = candidate.why;
   std::string said;
   for (const std::string& sentence : asked.said(behavior)) said += " " + shortened(sentence);
@@ -262,15 +330,28 @@ AskAnswer Asking::unknown(const std::string& sentence) const {
   return answer;
 }
 
-/// Returns what can be asked: a phrasing of each question.
-std::string Asking::known() const {
+/// Returns what can be asked: a phrasing of each question that a behavior answers, and the names of
+/// others.
+std::string Asking::known(const Asked& asked) const {
   std::vector<std::string> phrasings;
+  const auto add = [&phrasings](const std::string& phrasing) {
+    const bool is_new = std::count(phrasings.begin(), phrasings.end(), phrasing) == 0;
+    if (is_new && phrasings.size() < kMostCandidates) phrasings.push_back(phrasing);
+  };
+  std::set<std::string> answered;
   for (const Question& question : book_.questions) {
-    if (phrasings.size() < kMostCandidates && !question.phrasings.empty()) {
-      phrasings.push_back(question.phrasings[0]);
-    }
+    const bool is_there =
+        std::any_of(asked.behaviors.begin(), asked.behaviors.end(),
+                    [&](const Behavior& behavior) { return behavior.name == question.behavior; });
+    if (!is_there || question.phrasings.empty()) continue;
+    add(question.phrasings[0]);
+    answered.insert(question.behavior);
   }
-  return phrasings.empty() ? "I know no questions." : "You can ask me " + listOf(phrasings) + ".";
+  for (const Behavior& behavior : asked.behaviors) {
+    if (answered.count(behavior.name) == 0) add("show me " + shortened(behavior.name));
+  }
+  return phrasings.empty() ? "I remember nothing yet."
+                           : "You can ask me " + listOf(phrasings) + ".";
 }
 
 }  // namespace afterglow::replay

@@ -134,13 +134,16 @@ SpokenWords wordsOfPhrase(const std::string& phrasing, const QuestionBook& book)
 
 }  // namespace
 
-bool isQuestion(const SpokenWords& words) {
+bool isAsking(const std::string& word) {
   static const std::set<std::string> askers{"what", "why",   "where", "when",
                                             "who",  "which", "how"};
+  return askers.count(word) > 0;
+}
+
+bool isQuestion(const SpokenWords& words) {
   static const std::set<std::string> openers{"did", "do",  "does", "is",  "was", "were",
                                              "are", "has", "have", "had"};
-  const bool asks = std::any_of(words.begin(), words.end(),
-                                [](const std::string& word) { return askers.count(word) > 0; });
+  const bool asks = std::any_of(words.begin(), words.end(), isAsking);
   const bool opens = words.size() > 1 && openers.count(words[0]) > 0 && words[1] != "not";
   return asks || opens;
 }

@@ -27,6 +27,9 @@ std::vector<PhraseMatch> matchPhrases(const QuestionBook& book, const SpokenWord
 /// Returns true if they ask: an order ("pick up the cup") is no question.
 bool isQuestion(const SpokenWords& words);
 
+/// Returns true for "what", "why", "where" and their kin.
+bool isAsking(const std::string& word);
+
 /// Returns true if a word says something by itself: not "the", "you", "it".
 bool isTelling(const std::string& word);
 

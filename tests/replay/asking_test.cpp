@@ -185,8 +185,8 @@ constexpr Case kFresh[] = {
     {"what was it that you picked", "4"},
     {"what are you picking", "4"},
     {"what did you pick up from the table", "? pick"},
-    {"where was the thing you picked", "-"},   // wanted: ? pick
-    {"why did you pick that one", "? drive"},  // wanted: ? pick
+    {"where was the thing you picked", "-"},  // wanted: ? pick
+    {"why did you pick that one", "4"},
     {"why didn't you drive straight ahead", "? drive"},
     {"why did you take a detour", "2"},
     {"why did you go around", "2"},
@@ -199,7 +199,7 @@ constexpr Case kFresh[] = {
     {"where did you drop it", "3"},
     {"where did the part go", "3"},
     {"which section did you use", "? place"},
-    {"in what section is it", "? pick place drive"},
+    {"in what section is it", "3"},
     {"where did you leave the caddy", "-"},
     {"where have you placed the gearbox", "3"},
     {"where can i find the gearbox bottom", "3"},
@@ -264,6 +264,33 @@ TEST_F(AskingTest, beforeThatIsBeforeTheLastAnswer) {
   EXPECT_EQ(found("and what did you do before that?"), "2");
   EXPECT_EQ(found("and before that, what did you do"), "1");
   EXPECT_EQ(found("what did you do after that"), "2");
+}
+
+TEST_F(AskingTest, findsBehaviorsOfOnesOwnByTheirNamesTagsAndWords) {
+  add(7, "wave", 3);
+  add(8, "wave_at_door", 2);
+  add(9, "errand", 1);
+  behaviors_.back().tags = {"kitchen"};
+  std::rotate(behaviors_.begin(), behaviors_.begin() + 4, behaviors_.end());
+  EXPECT_EQ(found("why did you wave"), "7");
+  EXPECT_EQ(found("show me the wave"), "7");
+  EXPECT_EQ(found("please tell me about the wave again"), "7");
+  EXPECT_EQ(found("why were you waving?"), "7");
+  EXPECT_EQ(found("why did you wave at the door"), "8");
+  EXPECT_EQ(found("what did you do in the kitchen"), "9");
+  EXPECT_EQ(found("show me the drive"), "2");
+  EXPECT_EQ(found("show me something"), "2") << "by what was said";
+  EXPECT_EQ(found("wave"), "-") << "an order";
+  EXPECT_EQ(found("do not show me the wave"), "-");
+  EXPECT_EQ(ask("why did you wave").why, "'wave' names wave");
+  EXPECT_FALSE(ask("why did you wave").may_move);
+}
+
+TEST_F(AskingTest, tellsWhatCanBeAsked) {
+  add(7, "wave", 3);
+  behaviors_.erase(behaviors_.begin() + 1, behaviors_.begin() + 3);
+  EXPECT_EQ(ask("...").sentence,
+            "I heard no word. You can ask me what did you pick or show me wave.");
 }
 
 TEST_F(AskingTest, isNotUpsetByAnyText) {
