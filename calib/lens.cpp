@@ -71,17 +71,43 @@ std::optional<Eigen::Vector2d> undistortFisheye(const Lens& lens, const Eigen::V
   return Eigen::Vector2d(d * std::tan(angle) / target);
 }
 
-/// d distort / d undistorted
-Eigen::Matrix2d distortJacobian(const Lens& lens, const Eigen::Vector2d& n) {
-  const Radial radial(lens.D, n.squaredNorm());
-  const double x = n.x(), y = n.y(), p1 = lens.D[2], p2 = lens.D[3];
-  const double slope = 2 * radial.factorSlope();
-  Eigen::Matrix2d J;
-  J(0, 0) = radial.factor() + slope * x * x + 2 * p1 * y + 6 * p2 * x;
-  J(0, 1) = slope * x * y + 2 * p1 * x + 2 * p2 * y;
-  J(1, 0) = J(0, 1);
-  J(1, 1) = radial.factor() + slope * y * y + 6 * p1 * y + 2 * p2 * x;
-  return J;
+/// A distorted point, with its derivatives by the undistorted one and by D.
+struct DistortSlope {
+  Eigen::Vector2d at;
+  Eigen::Matrix2d by_point;
+  Eigen::Matrix<double, 2, 8> by_D;
+};
+
+DistortSlope fisheyeDistortSlope(const Lens& lens, const Eigen::Vector2d& n) {
+  DistortSlope slope{n, Eigen::Matrix2d::Identity(), Eigen::Matrix<double, 2, 8>::Zero()};
+  const double s = n.squaredNorm();
+  if (s < 1e-16) return slope;
+  const double radius = std::sqrt(s), angle = std::atan(radius);
+  const double scale = equidistantRadius(lens.D, angle) / radius;
+  slope.at = scale * n;
+  const double growth = fisheyeSlope(lens.D, angle) / (1 + s);  // d distorted / d radius
+  slope.by_point = scale * Eigen::Matrix2d::Identity() + (growth - scale) / s * n * n.transpose();
+  double power = angle / radius;
+  for (int i = 0; i < 4; ++i) slope.by_D.col(i) = n * (power *= angle * angle);
+  return slope;
+}
+
+DistortSlope distortSlope(const Lens& lens, const Eigen::Vector2d& n) {
+  if (lens.model == LensModel::Equidistant) return fisheyeDistortSlope(lens, n);
+  const double s = n.squaredNorm(), x = n.x(), y = n.y(), p1 = lens.D[2], p2 = lens.D[3];
+  const Radial radial(lens.D, s);
+  const double factor = radial.factor(), factor_slope = 2 * radial.factorSlope();
+  DistortSlope slope;
+  slope.at = distort(lens, n);
+  slope.by_point(0, 0) = factor + factor_slope * x * x + 2 * p1 * y + 6 * p2 * x;
+  slope.by_point(0, 1) = slope.by_point(1, 0) = factor_slope * x * y + 2 * p1 * x + 2 * p2 * y;
+  slope.by_point(1, 1) = factor + factor_slope * y * y + 6 * p1 * y + 2 * p2 * x;
+  const double up = s / radial.denominator, down = -factor * up;
+  slope.by_D.row(0) << x * up, x * up * s, 2 * x * y, s + 2 * x * x, x * up * s * s, x * down,
+      x * down * s, x * down * s * s;
+  slope.by_D.row(1) << y * up, y * up * s, s + 2 * y * y, 2 * x * y, y * up * s * s, y * down,
+      y * down * s, y * down * s * s;
+  return slope;
 }
 
 /// Undistorted radius whose radially distorted radius is `target`; the fold's if none is.
@@ -108,7 +134,7 @@ std::optional<Eigen::Vector2d> undistort(const Lens& lens, const Eigen::Vector2d
   if (radius > 0) n *= undistortRadius(lens, radius) / radius;
   Eigen::Vector2d residual = distort(lens, n) - distorted;
   for (int i = 0; i < 50 && residual.norm() > kTolerance; ++i) {
-    const Eigen::Vector2d step = distortJacobian(lens, n).inverse() * residual;
+    const Eigen::Vector2d step = distortSlope(lens, n).by_point.inverse() * residual;
     double scale = 1;
     Eigen::Vector2d next = n - step, next_residual = distort(lens, next) - distorted;
     while (!(next_residual.norm() < residual.norm()) && scale > 1e-6) {
@@ -249,6 +275,18 @@ Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted) {
   const double factor = radialFactor(lens.D, undistorted.squaredNorm());
   const auto [x, y] = distorted(undistorted.x(), undistorted.y(), factor, lens.D[2], lens.D[3]);
   return {x, y};
+}
+
+PixelSlope pixelSlope(const Lens& lens, const Eigen::Vector2d& ray) {
+  const DistortSlope distorted = distortSlope(lens, ray);
+  const double x = distorted.at.x(), y = distorted.at.y();
+  const Eigen::Matrix2d focal = lens.K.topLeftCorner<2, 2>();
+  PixelSlope slope;
+  slope.pixel = focal * distorted.at + lens.K.topRightCorner<2, 1>();
+  slope.by_ray = focal * distorted.by_point;
+  slope.by_lens.leftCols<5>() << x, 0, 1, 0, y, 0, y, 0, 1, 0;
+  slope.by_lens.rightCols<8>() = focal * distorted.by_D;
+  return slope;
 }
 
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& p_optical) {

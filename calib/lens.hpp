@@ -57,6 +57,15 @@ double foldRadius(const Lens& lens);
 /// Turns undistorted into distorted normalized image coordinates (z = 1). Ignores the fold.
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted);
 
+/// The pixel of a ray (x, y, 1), with its derivatives by the ray and by the lens: fx, fy, cx, cy,
+/// skew, then D. Ignores the fold.
+struct PixelSlope {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d by_ray;
+  Eigen::Matrix<double, 2, 13> by_lens;
+};
+PixelSlope pixelSlope(const Lens& lens, const Eigen::Vector2d& ray);
+
 /// Pixel of a point in the optical frame (meters). Empty if it is not in front of the lens (z <= 0)
 /// or lies beyond the fold. May lie outside the image; the caller clips. Pure.
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& p_optical);

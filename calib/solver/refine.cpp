@@ -1,6 +1,7 @@
 #include "calib/solver/refine.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -28,9 +29,9 @@ LensBlock blockOf(const Lens& lens) {
 }
 
 Lens lensOf(const LensBlock& block, const Lens& like) {
-  Lens lens = like;
-  lens.K << block[0], block[4], block[2], 0, block[1], block[3], 0, 0, 1;
-  std::copy(block.begin() + 5, block.end(), lens.D.begin());
+  Lens lens = lensOf(block.data(), like.model);
+  lens.width = like.width;
+  lens.height = like.height;
   lens.fold_radius = foldRadius(lens);
   return lens;
 }
@@ -73,34 +74,67 @@ std::vector<int> heldOfLens(const RefineSettings& settings) {
   return held;
 }
 
-/// The lens of an earlier calibration, with its covariance and what drifts since.
-LensDriftPrior lensDriftPrior(const ProjectorEstimate& start) {
-  LensDriftPrior prior;
-  prior.before = blockOf(start.projector);
-  const double fx = prior.before[0], fy = prior.before[1];
+/// Prior knowledge of a block of parameters: `root` (x - usual) is white noise.
+struct Prior {
+  ceres::Matrix root;
+  ceres::Vector usual;
+};
+
+/// A projector that was calibrated before, with its covariance and the usual drift since.
+Prior lensDriftPrior(const ProjectorEstimate& start) {
+  using Vector = Eigen::Matrix<double, kLensSize, 1>;
+  using Matrix = Eigen::Matrix<double, kLensSize, kLensSize>;
+  const LensBlock before = blockOf(start.projector);
+  const double fx = before[0], fy = before[1];
   const double center_px = LensDrift::kCenter * start.projector.width;
-  LensDriftPrior::Matrix covariance = LensDriftPrior::Matrix::Identity();  // of the skew, held
+  Matrix covariance = Matrix::Identity();  // of the skew, held
   for (Eigen::Index i = 0; i < kLensSize - 1; ++i) {
     for (Eigen::Index k = 0; k < kLensSize - 1; ++k) {
       covariance(sharedIndex(i), sharedIndex(k)) = start.covariance(i, k);
     }
   }
-  LensDriftPrior::Vector alike = LensDriftPrior::Vector::Zero(), alone = alike;
+  Vector alike = Vector::Zero(), alone = alike;
   alike.head<2>() << LensDrift::kFocal * fx, LensDrift::kFocal * fy;
   alone << LensDrift::kAspect * fx, LensDrift::kAspect * fy, center_px, center_px, 0, 5e-3, 1e-2,
       5e-4, 5e-4, 1e-2, 1e-2, 1e-2, 1e-2;
   covariance += alike * alike.transpose();
   covariance.diagonal() += alone.cwiseAbs2();
-  const LensDriftPrior::Matrix L = covariance.llt().matrixL();
-  prior.root = L.triangularView<Eigen::Lower>().solve(LensDriftPrior::Matrix::Identity());
+  const Matrix L = covariance.llt().matrixL();
+  return {L.triangularView<Eigen::Lower>().solve(Matrix::Identity()),
+          Eigen::Map<const Vector>(before.data())};
+}
+
+/// Projectors as they are: without it high distortion terms explode where no board was held.
+Prior lensPrior(const LensBlock& start, double aspect_deviation) {
+  constexpr double kDeviations[8] = {0.5, 0.3, 0.003, 0.003, 0.05, 0.3, 0.1, 0.03};
+  Prior prior{ceres::Matrix::Zero(9, kLensSize), ceres::Vector::Zero(kLensSize)};
+  prior.root(0, 0) = 1 / (start[1] * aspect_deviation);
+  prior.root(0, 1) = -prior.root(0, 0);
+  for (int i = 0; i < 8; ++i) prior.root(1 + i, 5 + i) = 1 / kDeviations[i];
   return prior;
 }
 
-ShapeVector shapeDeviations(const RefineSettings& settings) {
+/// A camera's camera_info, with the usual deviations. The aspect ratio is known far better than
+/// the focal length, so the two are separate.
+Prior cameraPrior(const LensBlock& given, const CameraDeviations& deviations) {
+  Prior prior{ceres::Matrix::Zero(kCameraParameters, kLensSize),
+              Eigen::Map<const Eigen::Matrix<double, kLensSize, 1>>(given.data())};
+  for (int i = 0; i < 2; ++i) {
+    const double one = 1 / given[std::size_t(i)];
+    prior.root(0, i) = 0.5 * one / deviations.focal;
+    prior.root(1, i) = (i == 0 ? one : -one) / deviations.aspect;
+    prior.root(2 + i, 2 + i) = 1 / deviations.center_px;
+  }
+  for (int i = 0; i < 4; ++i) prior.root(4 + i, 5 + i) = 1 / deviations.D[std::size_t(i)];
+  return prior;
+}
+
+/// Boards as they are; their stretch may be left to the views.
+Prior shapePrior(bool free_stretch) {
   constexpr double kWide = 0.02;
   ShapeVector deviations = usualShape();
-  if (settings.free_stretch) deviations[0] = kWide;
-  return deviations;
+  if (free_stretch) deviations[0] = kWide;
+  return {deviations.cwiseInverse().asDiagonal().toDenseMatrix(), ceres::Vector::Zero(kShapeSize)};
 }
 
 /// A Ceres problem with the memory of its parameters.
@@ -196,16 +230,15 @@ class Bundle {
     Eigen::Matrix<double, kAllSize, 1> score = Eigen::Matrix<double, kAllSize, 1>::Zero();
 
     Influence::OfView eliminated() const {
-      const Eigen::Matrix<double, kPoseSize, kPoseSize> board =
-          information.bottomRightCorner<kPoseSize, kPoseSize>();
+      const Eigen::MatrixXd board = information.bottomRightCorner<kPoseSize, kPoseSize>();
       if (!(board.diagonal().array() > 0).all()) return {};
-      const auto factors = board.ldlt();
-      const Eigen::Matrix<double, kSharedSize, kPoseSize> mixed =
-          information.topRightCorner<kSharedSize, kPoseSize>();
+      const Eigen::MatrixXd mixed = information.bottomLeftCorner<kPoseSize, kSharedSize>();
+      const Eigen::MatrixXd solved = Eigen::LDLT<Eigen::MatrixXd>(board).solve(mixed);
       Influence::OfView view;
       view.information = information.topLeftCorner<kSharedSize, kSharedSize>() -
-                         mixed * factors.solve(mixed.transpose());
-      view.score = score.head<kSharedSize>() - mixed * factors.solve(score.tail<kPoseSize>());
+                         mixed.transpose().lazyProduct(solved);
+      view.score =
+          score.head<kSharedSize>() - solved.transpose().lazyProduct(score.tail<kPoseSize>());
       return view;
     }
   };
@@ -228,7 +261,7 @@ class Bundle {
           rho[1] * slopes[i].transpose() * residual;
       for (std::size_t k = 0; k < slopes.size(); ++k) {
         sum.information.block(block.at[i], block.at[k], slopes[i].cols(), slopes[k].cols()) +=
-            rho[1] * slopes[i].transpose() * slopes[k];
+            rho[1] * slopes[i].transpose().lazyProduct(slopes[k]);
       }
     }
   }
@@ -254,7 +287,7 @@ class Bundle {
       if (!covariance.allFinite()) continue;
       add(index,
           new ProjectedCost(tag, whitening(covariance), model_.T_camera_projector.matrix().linear(),
-                            model_.camera.model, half_m),
+                            model_.camera.model, settings_.free_camera, half_m),
           {camera_.data(), board.data(), shape_.data(), lens_.data(), pose_.data()},
           {kCameraAt, kBoardAt, kShapeAt, kLensAt, kPoseAt});
     }
@@ -271,35 +304,28 @@ class Bundle {
   /// The loss's scale for the norm of the eight whitened errors of a tag.
   double lossScale() const { return settings_.robust_deviations * std::sqrt(8.0); }
 
-  template <typename Prior, int kResiduals, int kSize>
-  void addPrior(const Prior& prior, std::array<double, kSize>& block, Eigen::Index at,
-                const std::vector<int>& held) {
-    if (!problem_.HasParameterBlock(block.data())) return;
-    if (held.size() == std::size_t(kSize)) return problem_.SetParameterBlockConstant(block.data());
-    auto* cost = new ceres::AutoDiffCostFunction<Prior, kResiduals, kSize>(new Prior(prior));
-    problem_.AddResidualBlock(cost, nullptr, block.data());
-    priors_.push_back({cost, {block.data()}, {at}, 0, false});
-    if (held.empty()) return;
-    hold(problem_, block.data(), kSize, held);
+  void addPrior(const Prior& prior, double* block, Eigen::Index at, const std::vector<int>& held) {
+    if (!problem_.HasParameterBlock(block)) return;
+    const int size = int(prior.usual.size());
+    if (held.size() == std::size_t(size)) return problem_.SetParameterBlockConstant(block);
+    auto* cost = new ceres::NormalPrior(prior.root, prior.usual);
+    problem_.AddResidualBlock(cost, nullptr, block);
+    priors_.push_back({cost, {block}, {at}, 0, false});
+    if (!held.empty()) hold(problem_, block, size, held);
   }
 
   void addPriors() {
-    if (model_.start && !settings_.free_skew) {
-      addPrior<LensDriftPrior, kLensSize, kLensSize>(lensDriftPrior(*model_.start), lens_, kLensAt,
-                                                     heldOfLens(settings_));
-    } else {
-      addPrior<LensPrior, 9, kLensSize>({settings_.free_skew ? 1.0 : 0.01}, lens_, kLensAt,
-                                        heldOfLens(settings_));
-    }
-    addPrior<CameraPrior, kCameraParameters, kLensSize>(
-        {blockOf(model_.camera_info), usualDeviations(model_.camera_info)}, camera_, kCameraAt,
-        heldOfCamera(settings_));
+    const bool was_calibrated = model_.start && !settings_.free_skew;
+    addPrior(was_calibrated ? lensDriftPrior(*model_.start)
+                            : lensPrior(lens_, settings_.free_skew ? 1.0 : 0.01),
+             lens_.data(), kLensAt, heldOfLens(settings_));
+    addPrior(cameraPrior(blockOf(model_.camera_info), usualDeviations(model_.camera_info)),
+             camera_.data(), kCameraAt, heldOfCamera(settings_));
     std::vector<int> held;
     for (int i = 0; i < kShapeSize; ++i) {
       if (!settings_.free_shape) held.push_back(i);
     }
-    addPrior<ShapePrior, kShapeSize, kShapeSize>({shapeDeviations(settings_)}, shape_, kShapeAt,
-                                                 held);
+    addPrior(shapePrior(settings_.free_stretch), shape_.data(), kShapeAt, held);
   }
 
   const ProjectorModel& model_;

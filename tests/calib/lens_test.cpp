@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <random>
 
@@ -116,6 +117,46 @@ TEST(Lens, equidistantProjectsLikeOpenCvAndBack) {
                 2e-12);
     }
   }
+}
+
+/// Pixel of a ray through a lens whose parameter `i`, in PixelSlope's order, is larger by `step`.
+Eigen::Vector2d pixelBeside(Lens lens, const Eigen::Vector2d& ray, int i, double step) {
+  double* const focal[] = {&lens.K(0, 0), &lens.K(1, 1), &lens.K(0, 2), &lens.K(1, 2),
+                           &lens.K(0, 1)};
+  (i < 5 ? *focal[i] : lens.D[std::size_t(i) - 5]) += step;
+  return *project(lens, ray.homogeneous());
+}
+
+void expectSlopesLikeDifferences(const Lens& lens, const Eigen::Vector2d& ray) {
+  constexpr double kStep = 1e-5, kBound = 1e-5;  // px for each unit, of hundreds
+  const PixelSlope slope = pixelSlope(lens, ray);
+  EXPECT_LT((slope.pixel - *project(lens, ray.homogeneous())).norm(), 1e-9);
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(i);
+    const Eigen::Vector2d change =
+        *project(lens, (ray + step).homogeneous()) - *project(lens, (ray - step).homogeneous());
+    EXPECT_LT((slope.by_ray.col(i) - change / (2 * kStep)).norm(), kBound) << i;
+  }
+  for (int i = 0; i < 13; ++i) {
+    const Eigen::Vector2d change =
+        pixelBeside(lens, ray, i, kStep) - pixelBeside(lens, ray, i, -kStep);
+    EXPECT_LT((slope.by_lens.col(i) - change / (2 * kStep)).norm(), kBound) << i;
+  }
+}
+
+TEST(Lens, slopesAreThoseOfSmallSteps) {
+  std::mt19937 random(6);
+  for (int i = 0; i < 100; ++i) {
+    Lens brown = randomLens(random, true),
+         fisheye = test::fisheye(1280, 800, 400, 640, 400, {0.05, -0.02, 0.01, 0.004});
+    brown.K(0, 1) = fisheye.K(0, 1) = 3;
+    brown.fold_radius = std::numeric_limits<double>::infinity();
+    const Eigen::Vector3d p = randomPoint(random, 0.6);
+    expectSlopesLikeDifferences(brown, p.hnormalized());
+    expectSlopesLikeDifferences(fisheye, p.hnormalized());
+  }
+  Lens fisheye = test::fisheye(1280, 800, 400, 640, 400, {0.05, -0.02, 0.01, 0.004});
+  EXPECT_LT((pixelSlope(fisheye, {0, 0}).by_ray - 400 * Eigen::Matrix2d::Identity()).norm(), 1e-9);
 }
 
 TEST(Lens, equidistantEndsAtItsFoldOrBelowNinetyDegrees) {
