@@ -8,6 +8,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/store/known_channels.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -85,10 +86,9 @@ class ActionReader {
     range.topics = {goal_topic_, replay::actionOf(goal_topic_) + "/result"};
     const auto cursor = store_.messages(behavior_, range);
     while (const auto message = cursor->next()) {
-      const Source* source = sourceOf(message->channel);
-      if (!source) continue;
       try {
-        take(message->received, source->is_goal, replay::decode(source->schema, message->bytes));
+        take(message->received, channels_.channel(message->channel).topic == goal_topic_,
+             replay::decode(channels_.schema(message->channel), message->bytes));
       } catch (const replay::MessageError&) {
       }
     }
@@ -96,26 +96,6 @@ class ActionReader {
   }
 
  private:
-  struct Source {
-    bool is_goal;
-    replay::Schema schema;
-  };
-
-  /// Null for one whose definition cannot be read.
-  const Source* sourceOf(std::int64_t id) {
-    auto found = sources_.find(id);
-    if (found == sources_.end()) {
-      const replay::Channel channel = store_.channel(id);
-      try {
-        auto schema = replay::Schema::parse(channel.type, channel.definition);
-        found = sources_.emplace(id, Source{channel.topic == goal_topic_, std::move(schema)}).first;
-      } catch (const replay::MessageError&) {
-        return nullptr;
-      }
-    }
-    return &found->second;
-  }
-
   void take(replay::Stamp at, bool is_goal, const replay::Value& message) {
     const double t = static_cast<double>(at.ns - behavior_.begin.ns) * 1e-9;
     if (is_goal) {
@@ -140,7 +120,7 @@ class ActionReader {
   const replay::Store& store_;
   const replay::Behavior& behavior_;
   const std::string goal_topic_;
-  std::map<std::int64_t, Source> sources_;
+  replay::KnownChannels channels_{store_};
   std::map<std::string, std::size_t> open_;  ///< by goal id: its span
   std::vector<GoalSpan> spans_;
 };
@@ -242,15 +222,11 @@ class LaneReader {
       }
     }
     if (range.topics.empty()) return;
-    std::map<std::int64_t, TopicLane*> by_channel;
+    replay::KnownChannels channels(store_);
     const auto cursor = store_.messages(behavior_, range);
     while (const auto message = cursor->next()) {
-      auto lane = by_channel.find(message->channel);
-      if (lane == by_channel.end()) {
-        const std::string topic = store_.channel(message->channel).topic;
-        lane = by_channel.emplace(message->channel, whole[topic]).first;
-      }
-      lane->second->marks.push_back(seconds(message->received));
+      TopicLane& lane = *whole.at(channels.channel(message->channel).topic);
+      lane.marks.push_back(seconds(message->received));
     }
     for (const auto& [topic, lane] : whole) thin(lane->marks);
   }

@@ -9,7 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
 #include "replay/messages/message.hpp"
 #include "replay/messages/schema.hpp"
 
@@ -32,16 +32,14 @@ std::optional<MessageType> toMessage(const replay::Bytes& bytes) {
   namespace traits = ros::message_traits;
   static const replay::Schema schema = replay::Schema::parse(
       traits::DataType<MessageType>::value(), traits::Definition<MessageType>::value());
+  if (!replay::fits(schema, bytes)) return std::nullopt;
   try {
-    replay::decode(schema, bytes);
     MessageType message;
     // roscpp only reads through the pointer it takes as mutable.
     ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
                                        static_cast<std::uint32_t>(bytes.size()));
     ros::serialization::deserialize(stream, message);
     return message;
-  } catch (const replay::MessageError&) {
-    return std::nullopt;
   } catch (const ros::Exception&) {
     return std::nullopt;
   }

@@ -73,7 +73,7 @@ void RecordedScene::findSurfaces() {
   while (!finder.topics().empty()) {
     const auto message = cursor->next();
     if (!message) break;
-    const replay::Channel& source = channel(message->channel);
+    const replay::Channel& source = channels_.channel(message->channel);
     const bool is_wanted = std::count(finder.topics().begin(), finder.topics().end(), source.topic);
     if (source.topic == kTransforms || source.topic == kStaticTransforms) {
       feedTransforms(*message, source);
@@ -121,14 +121,8 @@ std::vector<std::string> RecordedScene::whyDark(const SceneSnapshot& snapshot,
   return reasons;
 }
 
-const replay::Channel& RecordedScene::channel(std::int64_t id) {
-  const auto found = channels_.find(id);
-  return found != channels_.end() ? found->second
-                                  : channels_.emplace(id, store_.channel(id)).first->second;
-}
-
 void RecordedScene::feed(const replay::Message& message) {
-  const replay::Channel& source = channel(message.channel);
+  const replay::Channel& source = channels_.channel(message.channel);
   if (source.topic == kTransforms || source.topic == kStaticTransforms) {
     feedTransforms(message, source);
     return showWaiting(message.received);

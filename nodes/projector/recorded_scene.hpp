@@ -13,6 +13,7 @@
 
 #include "nodes/projector/projector_scene.hpp"
 #include "render/compose/light_census.hpp"
+#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -52,14 +53,13 @@ class RecordedScene {
   template <typename MessageType>
   void feedLayerAs(std::size_t layer, const replay::Message& message,
                    const replay::Channel& channel);
-  const replay::Channel& channel(std::int64_t id);
 
   const replay::Store& store_;
   replay::Behavior behavior_;
   tf2::BufferCore transforms_;
   ProjectorScene scene_;
   std::map<std::string, std::size_t> layers_;  ///< layers by topic
-  std::map<std::int64_t, replay::Channel> channels_;
+  replay::KnownChannels channels_{store_};
   std::unique_ptr<replay::MessageCursor> cursor_;
   std::optional<replay::Message> next_;
   std::int64_t show_waiting_at_ns_ = 0;

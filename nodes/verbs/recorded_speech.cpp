@@ -11,6 +11,7 @@
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/verbs/recorded_messages.hpp"
 #include "replay/ask/said.hpp"
+#include "replay/store/known_channels.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -43,14 +44,10 @@ void RecordedSpeech::listen(const replay::Store& store, const replay::Behavior& 
   replay::MessageRange range;
   range.topics = replay::soundTopics(store, behavior);
   if (range.topics.empty()) return;
-  std::map<std::int64_t, replay::Channel> channels;
+  replay::KnownChannels channels(store);
   const auto cursor = store.messages(behavior, range);
   while (const auto message = cursor->next()) {
-    auto channel = channels.find(message->channel);
-    if (channel == channels.end()) {
-      channel = channels.emplace(message->channel, store.channel(message->channel)).first;
-    }
-    const auto request = soundRequestOf(channel->second, message->bytes);
+    const auto request = soundRequestOf(channels.channel(message->channel), message->bytes);
     if (!request) continue;
     take(message->received, *request);
   }

@@ -17,6 +17,7 @@
 #include "replay/query/time_text.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/behavior_edit.hpp"
+#include "replay/store/known_channels.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -157,37 +158,22 @@ void printText(const replay::Store& store, const Behavior& behavior) {
 
 // ---------------------------------------------------------------------------------------- messages
 
-struct KnownChannel {
-  replay::Channel channel;
-  std::optional<replay::Schema> schema;
-  std::string problem;  ///< why there is no schema
-};
-
-KnownChannel readChannel(const replay::Store& store, std::int64_t id) {
-  KnownChannel known{store.channel(id), std::nullopt, ""};
-  try {
-    known.schema = replay::Schema::parse(known.channel.type, known.channel.definition);
-  } catch (const replay::MessageError& error) {
-    known.problem = error.what();
-  }
-  return known;
-}
-
-nlohmann::ordered_json messageJson(const replay::Message& message, const KnownChannel& known) {
-  nlohmann::ordered_json json = {
-      {"topic", known.channel.topic},       {"type", known.channel.type},
-      {"received_ns", std::to_string(message.received.ns)}, {"sequence", message.sequence},
-      {"header_stamp_ns", nullptr},         {"message", nullptr}};
+nlohmann::ordered_json messageJson(const replay::Message& message,
+                                   replay::KnownChannels& channels) {
+  const replay::Channel& channel = channels.channel(message.channel);
+  nlohmann::ordered_json json = {{"topic", channel.topic},
+                                 {"type", channel.type},
+                                 {"received_ns", std::to_string(message.received.ns)},
+                                 {"sequence", message.sequence},
+                                 {"header_stamp_ns", nullptr},
+                                 {"message", nullptr}};
   if (message.header_stamp) json["header_stamp_ns"] = std::to_string(message.header_stamp->ns);
-  std::string problem = known.problem;
   try {
-    if (known.schema) {
-      json["message"] = replay::toJson(replay::decode(*known.schema, message.bytes));
-    }
+    json["message"] =
+        replay::toJson(replay::decode(channels.schema(message.channel), message.bytes));
   } catch (const replay::MessageError& error) {
-    problem = error.what();
+    json["problem"] = error.what();
   }
-  if (!problem.empty()) json["problem"] = problem;
   return json;
 }
 
@@ -210,13 +196,9 @@ void printMessages(const replay::Store& store, const Behavior& behavior,
         replay::Filter::parse(*options.where, replay::Filter::Over::Messages));
   }
   const auto cursor = store.messages(behavior, range);
-  std::map<std::int64_t, KnownChannel> channels;
+  replay::KnownChannels channels(store);
   const auto print = [&](const replay::Message& message) {
-    auto known = channels.find(message.channel);
-    if (known == channels.end()) {
-      known = channels.emplace(message.channel, readChannel(store, message.channel)).first;
-    }
-    std::cout << dumpJson(messageJson(message, known->second)) << "\n";
+    std::cout << dumpJson(messageJson(message, channels)) << "\n";
   };
   if (options.last) {
     for (const auto& message : lastMessages(*cursor, *options.last)) print(message);

@@ -1,12 +1,12 @@
 #include "replay/ask/said.hpp"
 
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
+#include "replay/store/known_channels.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -16,30 +16,9 @@ constexpr const char* kSoundType = "sound_play/SoundRequest";
 constexpr const char* kHeard = R"({"sound": {"$in": [-3, -2]}, "command": {"$ne": 0}})";
 constexpr std::size_t kMostSentences = 20;
 
-/// The schemas of a store's channels; none of a definition that is none.
-class Schemas {
- public:
-  explicit Schemas(const Store& store) : store_(store) {}
-  const std::optional<Schema>& of(std::int64_t id) {
-    const auto [known, is_new] = known_.try_emplace(id);
-    if (is_new) {
-      const Channel channel = store_.channel(id);
-      try {
-        known->second = Schema::parse(channel.type, channel.definition);
-      } catch (const MessageError&) {  // its messages are left out
-      }
-    }
-    return known->second;
-  }
-
- private:
-  const Store& store_;
-  std::map<std::int64_t, std::optional<Schema>> known_;
-};
-
-std::optional<Utterance> utteranceOf(const Schema& schema, const Message& message) {
+std::optional<Utterance> utteranceOf(KnownChannels& channels, const Message& message) {
   try {
-    const auto document = messageDocument(schema, message);
+    const auto document = messageDocument(channels.schema(message.channel), message);
     const auto text = document.find("arg");
     if (text == document.end() || !text->is_string()) return std::nullopt;
     return Utterance{message.received, *text, document.value("sound", 0) == -3, message.sequence};
@@ -65,11 +44,10 @@ void hearUtterances(const Store& store, const Behavior& behavior, MessageRange r
   range.topics = soundTopics(store, behavior);
   if (range.topics.empty()) return;
   range.where = std::make_shared<const Filter>(Filter::parse(kHeard, Filter::Over::Messages));
-  Schemas schemas(store);
+  KnownChannels channels(store);
   const auto cursor = store.messages(behavior, range);
   while (const auto message = cursor->next()) {
-    const auto& schema = schemas.of(message->channel);
-    const auto said = schema ? utteranceOf(*schema, *message) : std::nullopt;
+    const auto said = utteranceOf(channels, *message);
     if (said && !on_said(*said)) return;
   }
 }

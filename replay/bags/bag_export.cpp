@@ -6,6 +6,7 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/export_file.hpp"
+#include "replay/store/known_channels.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -94,7 +95,7 @@ class Exporter {
       files_.back()->close();
       begin();
     }
-    files_.back()->write(message, channel(message.channel));
+    files_.back()->write(message, channels_.channel(message.channel));
   }
 
   void finish(BagExportResult& result) {
@@ -133,18 +134,12 @@ class Exporter {
     return Packing::None;
   }
 
-  const Channel& channel(std::int64_t id) {
-    const auto known = channels_.find(id);
-    if (known != channels_.end()) return known->second;
-    return channels_.emplace(id, store_.channel(id)).first->second;
-  }
-
   const Store& store_;
   const std::vector<Behavior>& behaviors_;
   const std::string& path_;
   const BagExport& options_;
   std::vector<std::unique_ptr<ExportFile>> files_;
-  std::map<std::int64_t, Channel> channels_;
+  KnownChannels channels_{store_};
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "replay/messages/document.hpp"
+#include "replay/store/known_channels.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -43,17 +44,11 @@ JointTrack JointTrack::read(const Store& store, const Behavior& behavior, Stamp 
   }
   JointTrack track;
   if (topics.empty()) return track;
-  std::map<std::int64_t, Schema> schemas;
+  KnownChannels channels(store);
   const auto cursor = store.messages(wide, {topics});
   while (const auto message = cursor->next()) {
     try {
-      auto schema = schemas.find(message->channel);
-      if (schema == schemas.end()) {
-        const Channel channel = store.channel(message->channel);
-        schema = schemas.emplace(message->channel, Schema::parse(channel.type, channel.definition))
-                     .first;
-      }
-      addMessage(schema->second, *message, track);
+      addMessage(channels.schema(message->channel), *message, track);
     } catch (const MessageError&) {
       continue;
     }

@@ -4,6 +4,7 @@
 #include "replay/messages/field_edit.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -137,20 +138,15 @@ Milestones Milestones::read(const Store& store, const PlayPlan& plan) {
     range.topics.insert(range.topics.end(), {topic.channel.topic, result});
   }
   if (actions.empty()) return found;
-  std::map<std::int64_t, std::pair<std::string, std::optional<Schema>>> channels;
+  KnownChannels channels(store);
   const auto cursor = store.messages(plan.behavior, range);
   while (const auto message = cursor->next()) {
-    auto& [topic, schema] = channels[message->channel];
     try {
-      if (topic.empty()) {
-        const Channel channel = store.channel(message->channel);
-        topic = channel.topic;
-        schema = Schema::parse(channel.type, channel.definition);
-      }
-      if (!schema) continue;
+      const std::string& topic = channels.channel(message->channel).topic;
+      const Schema& schema = channels.schema(message->channel);
       const auto action = actions.find(topic);
-      action != actions.end() ? addResult(*schema, *message, action->second)
-                              : addGoal(*schema, *message, actions.at(actionOf(topic) + "/result"));
+      action != actions.end() ? addResult(schema, *message, action->second)
+                              : addGoal(schema, *message, actions.at(actionOf(topic) + "/result"));
     } catch (const MessageError&) {  // not sent either, or no result of an action
     }
   }

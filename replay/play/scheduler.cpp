@@ -123,7 +123,7 @@ std::vector<Scheduler::Due> Scheduler::takeDue(SteadyTime now) {
   while (const auto next = lanes_->ready(timeline.rate(), limit)) {
     const Stamp received = next->message->received;
     const SteadyTime deadline = parts_.gate.deadlineOf(received, next->early_ns);
-    const Channel& channel = channelOf(next->message->channel);
+    const Channel& channel = channels_.channel(next->message->channel);
     const bool pauses = !batch.empty() && play_.options.pause_topics.count(channel.topic) > 0;
     if (now < deadline || pauses || (limit && received > *limit)) {
       break;
@@ -175,7 +175,7 @@ std::optional<Stamp> Scheduler::leapBefore(Stamp recorded) const {
 }
 
 bool Scheduler::pausesBefore(const Message& message) {
-  return play_.options.pause_topics.count(channelOf(message.channel).topic) > 0 &&
+  return play_.options.pause_topics.count(channels_.channel(message.channel).topic) > 0 &&
          play_.transport.pausesBefore(message.sequence);
 }
 
@@ -308,7 +308,7 @@ bool Scheduler::step() {
   }
   leapTo(next->due());
   played_until_ = next->due();
-  const Channel& channel = channelOf(next->message->channel);
+  const Channel& channel = channels_.channel(next->message->channel);
   Message message = next->lane->pop();
   if (OutboxTopic* topic = parts_.outbox.find(channel.topic)) {
     parts_.body.send(
@@ -343,7 +343,7 @@ void Scheduler::enter(Stamp at) {
   show(scene, at);
   std::vector<std::pair<Channel, Message>> targets;
   for (Message& message : scene.targets()) {
-    targets.emplace_back(channelOf(message.channel), std::move(message));
+    targets.emplace_back(channels_.channel(message.channel), std::move(message));
   }
   parts_.body.setTargets(targets);
   const bool stands = play_.timeline().isPaused() || play_.transport.isStopped();
@@ -366,7 +366,7 @@ SceneAt Scheduler::readScene(Stamp at) {
   const auto cursor =
       parts_.store.messages(plan.behavior, {plan.playedTopics(), plan.behavior.begin, at});
   while (auto message = play_.transport.isStopped() ? std::nullopt : cursor->next()) {
-    const Channel& channel = channelOf(message->channel);
+    const Channel& channel = channels_.channel(message->channel);
     if (const OutboxTopic* topic = parts_.outbox.find(channel.topic)) {
       if (topic->planned.rule_stop.kind != StopKind::None) unrepeated.insert(channel.topic);
       scene.add(channel, topic->planned.modality, std::move(*message));
@@ -384,7 +384,7 @@ SceneAt Scheduler::readScene(Stamp at) {
 
 void Scheduler::show(const SceneAt& scene, Stamp at) {
   for (Message& message : scene.light(at)) {
-    const Channel& channel = channelOf(message.channel);
+    const Channel& channel = channels_.channel(message.channel);
     // Each as if it came now: the moment it came at is too far back for tf.
     const Stamp now = play_.options.has_recorded_time ? message.received : parts_.ros_now();
     Outbox::Outgoing shown{parts_.outbox.topic(channel.topic), channel, message.received,
@@ -437,13 +437,6 @@ void Scheduler::finish() {
                                                        : BodyInForce::Halts::Targets);
   if (play_.options.clear_projection) parts_.outbox.clearProjection();
   if (lanes_) play_.ledger.addDamage(lanes_->end());
-}
-
-const Channel& Scheduler::channelOf(std::int64_t id) {
-  const auto known = channels_.find(id);
-  return known != channels_.end()
-             ? known->second
-             : channels_.emplace(id, parts_.store.channel(id)).first->second;
 }
 
 }  // namespace afterglow::replay

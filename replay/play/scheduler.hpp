@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "replay/play/play_context.hpp"
 #include "replay/play/scene_at.hpp"
 #include "replay/play/step_gate.hpp"
+#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -106,12 +106,11 @@ class Scheduler {
   SceneAt readScene(Stamp at);
   void show(const SceneAt& scene, Stamp at);
   Wake endRound();
-  const Channel& channelOf(std::int64_t id);
 
   const PlayContext& play_;
   const PlayerParts parts_;
   std::unique_ptr<MessageLanes> lanes_;
-  std::map<std::int64_t, Channel> channels_;
+  KnownChannels channels_{parts_.store};
   Stamp played_until_;     ///< the last message's, for gaps
   bool has_next_ = false;  ///< a message is to come
   bool has_ended_ = false;

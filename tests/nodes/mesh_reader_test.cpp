@@ -180,6 +180,8 @@ TEST_F(HeldMeshes, areOneByTheirRealPathAlsoWhenTheyFail) {
 }
 
 TEST_F(HeldMeshes, refuseMoreThanCanWait) {
+  meshes_.ask(uri("b.stl"));
+  while (running_ == 0) std::this_thread::yield();  // what is read waits no more
   for (int i = 0; i < 256; ++i) meshes_.ask(uri(std::to_string(i) + ".stl"));
   EXPECT_EQ(meshes_.ask(uri("a.stl")).get().reason, "more than 256 meshes wait to be read");
   may_go_.set_value();
