@@ -7,6 +7,10 @@ install(TARGETS afterglow afterglow_store
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT core)
 install(TARGETS afterglow_guard recorder_node speaker_node
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
+if(AFTERGLOW_WITH_ROS2)
+  install(TARGETS ros2_bridge_node
+    RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
+endif()
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play
   afterglow_render afterglow_replay_guard ask_node calibrator_node
   fake_fetch_node kitting_demo player_node
@@ -27,7 +31,7 @@ install(FILES verbs/completion.bash DESTINATION share/bash-completion/completion
 
 # In folders as in the source tree: launch files name each other and the assets by them.
 set(share ${CATKIN_PACKAGE_SHARE_DESTINATION})
-foreach(name guard record recorder speaker)
+foreach(name guard record recorder ros2 speaker)
   list(APPEND robot_launch_files launch/${name}.launch)
 endforeach()
 install(FILES ${robot_launch_files} DESTINATION ${share}/nodes/launch COMPONENT robot)

@@ -6,6 +6,8 @@
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 
@@ -45,7 +47,7 @@ std::optional<MessageType> toMessage(const replay::Bytes& bytes) {
   }
 }
 
-/// A message of any type, to subscribe to: its bytes, copied once.
+/// A message of any type, to subscribe to and to publish: its bytes, copied once.
 struct RawMessage {
   replay::Bytes bytes;
 };
@@ -79,6 +81,14 @@ struct Serializer<afterglow::nodes::RawMessage> {
   template <class Stream>
   static void read(Stream& stream, afterglow::nodes::RawMessage& message) {
     message.bytes.assign(stream.getData(), stream.getData() + stream.getLength());
+  }
+  template <class Stream>
+  static void write(Stream& stream, const afterglow::nodes::RawMessage& message) {
+    const auto size = static_cast<std::uint32_t>(message.bytes.size());
+    std::copy(message.bytes.begin(), message.bytes.end(), stream.advance(size));
+  }
+  static std::uint32_t serializedLength(const afterglow::nodes::RawMessage& message) {
+    return static_cast<std::uint32_t>(message.bytes.size());
   }
 };
 

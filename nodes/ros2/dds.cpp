@@ -51,8 +51,8 @@ using Udp = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 constexpr const char* kLoopback = "127.0.0.1";
 /// Where participants look for each other, by the standard.
 constexpr const char* kMulticast = "239.255.0.1";
-/// Participants of one machine that only listen at its loopback (LOCALHOST) are found up to here.
-constexpr std::uint32_t kParticipants = 32;
+/// As many participants of a machine are looked for at its loopback: all that have ports.
+constexpr std::uint32_t kParticipants = 120;
 /// A message of 10 MB is 160 datagrams that come at once. The kernel gives what it allows.
 constexpr std::uint32_t kSocketBuffer = 16 << 20;
 /// The user data of an endpoint of Afterglow's.
@@ -179,7 +179,7 @@ void setQos(Qos& qos, const DdsQos& wanted) {
   qos.user_data().assign(own.begin(), own.end());
 }
 
-std::string misfitText(const std::string& topic, dds::QosPolicyId_t policy) {
+std::string nameOf(dds::QosPolicyId_t policy) {
   static const std::map<int, const char*> kNames = {
       {dds::DURABILITY_QOS_POLICY_ID, "durability"},
       {dds::DEADLINE_QOS_POLICY_ID, "deadline"},
@@ -187,9 +187,7 @@ std::string misfitText(const std::string& topic, dds::QosPolicyId_t policy) {
       {dds::LIVELINESS_QOS_POLICY_ID, "liveliness"},
       {dds::RELIABILITY_QOS_POLICY_ID, "reliability"}};
   const auto found = kNames.find(policy);
-  return topic + ": a node of ROS 2 has another quality of service (" +
-         (found == kNames.end() ? "policy " + std::to_string(policy) : found->second) +
-         "): no message passes";
+  return found == kNames.end() ? "policy " + std::to_string(policy) : found->second;
 }
 
 /// The other sides of a reader or a writer.
@@ -261,7 +259,7 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
   dds::Publisher& publisher() { return *publisher_; }
   dds::Subscriber& subscriber() { return *subscriber_; }
   void tellMisfit(const std::string& topic, dds::QosPolicyId_t policy) const {
-    if (listener_.on_misfit) listener_.on_misfit(misfitText(topic, policy));
+    if (listener_.on_misfit) listener_.on_misfit(topic, nameOf(policy));
   }
   std::vector<DdsEndpoint> endpoints() const {
     const std::lock_guard<std::mutex> lock(endpoints_mutex_);
@@ -270,6 +268,13 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     std::stable_sort(all.begin(), all.end(),
                      [](const auto& a, const auto& b) { return a.topic < b.topic; });
     return all;
+  }
+
+  std::optional<DdsQos> qosOf(const DdsGuid& guid) const {
+    const std::lock_guard<std::mutex> lock(endpoints_mutex_);
+    const auto found = endpoints_.find(guid);
+    if (found == endpoints_.end()) return std::nullopt;
+    return found->second.qos;
   }
 
 #if AFTERGLOW_FAST_DDS == 2
@@ -311,18 +316,28 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     const auto udp = std::make_shared<Udp>();
     udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
     udp->maxInitialPeersRange = kParticipants;
-    if (!network.is_subnet) udp->interfaceWhiteList = {kLoopback};
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports.push_back(udp);
     auto& builtin = qos.wire_protocol().builtin;
-    for (const char* address : {kMulticast, kLoopback}) {
-      rtps::Locator_t peer;
-      rtps::IPLocator::setIPv4(peer, address);
-      builtin.initialPeersList.push_back(peer);
+    builtin.initialPeersList.push_back(locatorOf(kLoopback));
+    if (network.is_subnet) {
+      builtin.initialPeersList.push_back(locatorOf(kMulticast));
+    } else {
+      // Nobody is told of it but at this machine's loopback, and nothing is heard but what is sent
+      // to it: no multicast. A white list would not do, as nodes that reach for the network tell
+      // its address alone.
+      builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());
+      builtin.discovery_config.ignoreParticipantFlags = rtps::FILTER_DIFFERENT_HOST;
     }
     builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     return qos;
+  }
+
+  static rtps::Locator_t locatorOf(const char* address) {
+    rtps::Locator_t locator;
+    rtps::IPLocator::setIPv4(locator, address);
+    return locator;
   }
 
   template <typename Reliability, typename Durability, typename UserData>
@@ -370,6 +385,9 @@ DdsParticipant::DdsParticipant(const replay::Ros2Network& network, const std::st
     : state_(std::make_unique<State>(network, name, std::move(listener))) {}
 DdsParticipant::~DdsParticipant() = default;
 std::vector<DdsEndpoint> DdsParticipant::endpoints() const { return state_->endpoints(); }
+std::optional<DdsQos> DdsParticipant::qosOf(const DdsGuid& guid) const {
+  return state_->qosOf(guid);
+}
 
 // ----------------------------------------------------------------------------------------- writer
 class DdsWriter::State : public dds::DataWriterListener {

@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "replay/messages/message.hpp"
@@ -33,10 +35,8 @@ struct DdsQos {
   bool is_transient_local = false;  ///< whoever comes late gets the last messages
   std::int32_t depth = 10;          ///< messages that are kept; others do not tell theirs: 0
 
-  friend bool operator<(const DdsQos& a, const DdsQos& b) {
-    return std::pair(a.is_reliable, a.is_transient_local) <
-           std::pair(b.is_reliable, b.is_transient_local);
-  }
+  /// Whether and how messages are kept, without the depth.
+  std::pair<bool, bool> kind() const { return {is_reliable, is_transient_local}; }
 };
 
 /// A reader or a writer of another program.
@@ -71,13 +71,13 @@ class DdsParticipant {
   struct Listener {
     /// An endpoint of others came, changed or went.
     std::function<void()> on_change;
-    /// One line: a reader or writer of this participant meets one that asks for, or offers, what
-    /// does not fit, so that no message passes. Said each time.
-    std::function<void(const std::string& why)> on_misfit;
+    /// A reader or writer of this participant meets one that offers, or asks for, what does not
+    /// fit, so that no message passes between the two. `policy`: "reliability", "deadline".
+    std::function<void(const std::string& topic, const std::string& policy)> on_misfit;
   };
 
   /// The listener is called in threads of DDS and must not call DDS. Throws std::runtime_error if
-  /// DDS refuses. With this machine alone, nothing is sent to or taken from a network.
+  /// DDS refuses. With this machine alone, participants of others are not looked for, and ignored.
   DdsParticipant(const replay::Ros2Network& network, const std::string& name, Listener listener);
   /// Its readers and writers are gone by then.
   ~DdsParticipant();
@@ -87,6 +87,9 @@ class DdsParticipant {
   /// The endpoints of others, by topic and GUID. Those of Afterglow's participants, in whichever
   /// process, are left out, so that what one sends is not taken for a robot's. Any thread.
   std::vector<DdsEndpoint> endpoints() const;
+  /// What one of them offers or asks for; empty: there is none of that name. Any thread, those of
+  /// DDS, too.
+  std::optional<DdsQos> qosOf(const DdsGuid& guid) const;
 
  private:
   friend class DdsReader;

@@ -190,10 +190,10 @@ std::optional<std::string> DefinitionFolders::text(const std::string& type) cons
   return std::nullopt;
 }
 
-std::optional<Definition> DefinitionFolders::find(const std::string& type) const {
+std::optional<std::string> DefinitionFolders::fullText(const std::string& type) const {
   const auto root = text(type);
   if (!root) return std::nullopt;
-  Definition definition{*root + "\n", ""};
+  std::string full = *root + "\n";
   std::vector<std::string> seen;
   // Depth first, each type where it is met first.
   const auto addContained = [&](const auto& self, const std::string& owner,
@@ -206,14 +206,19 @@ std::optional<Definition> DefinitionFolders::find(const std::string& type) const
       seen.push_back(contained);
       const auto contained_text = text(contained);
       if (!contained_text) continue;  // Schema::parse() reports it
-      definition.text += kSeparator + "MSG: " + contained + "\n" + *contained_text + "\n";
+      full += kSeparator + "MSG: " + contained + "\n" + *contained_text + "\n";
       self(self, contained, *contained_text);
     }
   };
   addContained(addContained, type, *root);
-  definition.text.pop_back();
-  definition.md5 = definitionMd5(type, definition.text);
-  return definition;
+  full.pop_back();
+  return full;
+}
+
+std::optional<Definition> DefinitionFolders::find(const std::string& type) const {
+  const auto full = fullText(type);
+  if (!full) return std::nullopt;
+  return Definition{*full, definitionMd5(type, *full)};
 }
 
 std::string mendDefinition(Channel& channel, const FindDefinition& find) {
@@ -259,13 +264,18 @@ DefinitionFolders installedDefinitions() {
   std::vector<std::string> folders;
   addFolders("ROS_PACKAGE_PATH", "", folders);
   addFolders("CMAKE_PREFIX_PATH", "/share", folders);
-  addFolders("AMENT_PREFIX_PATH", "/share", folders);
   std::error_code ignored;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
   const fs::path prefix = program.parent_path().parent_path();
   folders.push_back(prefix / "devel" / "share");
   folders.push_back(prefix.parent_path() / "share");
   folders.push_back("/usr/share");
+  return DefinitionFolders(std::move(folders));
+}
+
+DefinitionFolders installedRos2Definitions() {
+  std::vector<std::string> folders;
+  addFolders("AMENT_PREFIX_PATH", "/share", folders);
   return DefinitionFolders(std::move(folders));
 }
 

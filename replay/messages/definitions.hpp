@@ -30,6 +30,9 @@ class DefinitionFolders {
   /// Empty if there is no such type. Throws MessageError if its definition is malformed, or
   /// contains a type that is not found.
   std::optional<Definition> find(const std::string& type) const;
+  /// The text of it alone, which need not be ROS 1's. Contained types that are not found are left
+  /// out.
+  std::optional<std::string> fullText(const std::string& type) const;
 
  private:
   std::optional<std::string> text(const std::string& type) const;
@@ -48,9 +51,11 @@ std::string mendDefinition(Channel& channel, const FindDefinition& find);
 /// The remark about it.
 std::string mendedText(const Channel& channel, const std::string& why);
 
-/// The folders with definitions on this machine: those that ROS_PACKAGE_PATH, CMAKE_PREFIX_PATH and
-/// AMENT_PREFIX_PATH name, the catkin space that this program is in, and /usr/share.
+/// The folders with ROS 1's definitions on this machine: those that ROS_PACKAGE_PATH and
+/// CMAKE_PREFIX_PATH name, the catkin space that this program is in, and /usr/share.
 DefinitionFolders installedDefinitions();
+/// Those with ROS 2's: what AMENT_PREFIX_PATH names.
+DefinitionFolders installedRos2Definitions();
 
 /// Looks into them, once they are asked for; a package that is not whole is not known.
 FindDefinition findInstalled();

@@ -25,7 +25,8 @@ bool isTransientLocal(const std::string& quality) {
 
 }  // namespace
 
-Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& find) {
+Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& find, Source source)
+    : source_(source) {
   if (description.serialization != "cdr") {
     throw MessageError("its messages are serialized as \"" +
                        description.serialization.substr(0, 40) + "\"; cdr is read");
@@ -44,25 +45,34 @@ Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& f
       why_mended_ = error.what();
     }
   } else {
+    const std::string nobody = source_ == Source::Robot ? "no node of ROS 2 tells its type"
+                                                        : "the bag has no definition of its type";
     readKnown(known, description.definition_kind.empty()
-                         ? "the bag has no definition of its type"
-                         : "its type is defined as \"" +
-                               description.definition_kind.substr(0, 40) + "\"; ros2msg is read");
+                         ? nobody
+                         : "its type is defined as \"" + description.definition_kind.substr(0, 40) +
+                               "\"; ros2msg is read");
   }
 }
 
 void Ros2Topic::readOwn(const Ros2Description& description,
                         const std::optional<Definition>& known) {
-  const std::string own = ros1Definition(description.type, description.definition);
+  Ros2Bounds bounds;
+  const std::string own = ros1Definition(description.type, description.definition, &bounds);
   const Schema schema = Schema::parse(channel_.type, own);
   const bool has_fields = !schema.root().fields.empty();
   if (!has_fields && known && !Schema::parse(channel_.type, known->text).root().fields.empty()) {
     throw MessageError("it has no field");
   }
   rest_ = CdrConversion::Rest::Ignored;
+  if (!known && source_ == Source::Robot) {
+    layouts_.emplace_back(schema, schema, bounds);
+    channel_.md5 = definitionMd5(channel_.type, own);
+    channel_.definition = own;
+    return;
+  }
   try {
     if (!known) throw MessageError("no ROS 1 type " + channel_.type + " is known here");
-    layouts_.emplace_back(schema, Schema::parse(channel_.type, known->text));
+    layouts_.emplace_back(schema, Schema::parse(channel_.type, known->text), bounds);
     channel_.md5 = known->md5;
     channel_.definition = known->text;
   } catch (const MessageError& reason) {
@@ -79,6 +89,10 @@ void Ros2Topic::readKnown(const std::optional<Definition>& known,
   for (const std::string& text : ros2Layouts(channel_.type, *known)) {
     layouts_.emplace_back(Schema::parse(channel_.type, text),
                           Schema::parse(channel_.type, known->text));
+  }
+  if (layouts_.empty() && source_ == Source::Robot) {
+    const Schema schema = Schema::parse(channel_.type, known->text);
+    layouts_.emplace_back(schema, schema);
   }
   if (layouts_.empty()) {
     throw MessageError(why_not_own + ", and it is not known to have ROS 1's fields");

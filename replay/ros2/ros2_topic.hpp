@@ -27,8 +27,14 @@ struct Ros2Description {
 /// (markAsForeign()), so that they can be looked at and are not sent to a robot of ROS 1.
 class Ros2Topic {
  public:
+  /// A recording, or a robot that runs: what comes from it may go back to it. So a type that ROS 1
+  /// does not know is its own and not marked, and where nothing tells of a type, ROS 1's of that
+  /// name is taken.
+  enum class Source { Recording, Robot };
+
   /// Throws MessageError, which says why, if its messages cannot be read.
-  Ros2Topic(const Ros2Description& description, const FindDefinition& find);
+  Ros2Topic(const Ros2Description& description, const FindDefinition& find,
+            Source source = Source::Recording);
 
   const Channel& channel() const { return channel_; }
   /// The fault of its own definition, for which the known one is taken; empty: there is none.
@@ -37,11 +43,14 @@ class Ros2Topic {
   const std::string& whyForeign() const { return why_foreign_; }
   /// Throws MessageError if the bytes are none of the type's messages.
   Bytes toRos1(const Bytes& bytes);
+  /// The other way round, in the newest layout. Throws MessageError likewise.
+  Bytes toRos2(const Bytes& bytes) const { return layouts_.front().toRos2(bytes); }
 
  private:
   void readOwn(const Ros2Description& description, const std::optional<Definition>& known);
   void readKnown(const std::optional<Definition>& known, const std::string& why_not_own);
 
+  Source source_;
   Channel channel_;
   std::string why_foreign_, why_mended_;
   /// Layouts that a message may have; once one alone fits, the others are gone.

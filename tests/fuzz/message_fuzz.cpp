@@ -10,6 +10,7 @@
 #include "replay/messages/field_edit.hpp"
 #include "replay/plan/rewrite.hpp"
 #include "replay/ros2/cdr_conversion.hpp"
+#include "replay/ros2/type_description.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/support/document_fields.hpp"
 
@@ -54,6 +55,13 @@ void convertMessage(const Schema& schema, const Bytes& bytes) {
   }
 }
 
+void readDescription(const Bytes& bytes) {
+  try {
+    ros1Definition("a/msg/B", definitionIn(bytes));
+  } catch (const MessageError&) {
+  }
+}
+
 void rewriteMessage(const Channel& channel, const Schema& schema, Bytes bytes) {
   Rewriter rewriter([] { return "fresh"; });
   try {
@@ -76,6 +84,7 @@ AFTERGLOW_FUZZ_TARGET(message) {
   const std::string type = text.substr(0, line);
   const std::string definition = text.substr(std::min(line + 1, text.size()));
   const Bytes bytes(data + 2 + length, data + size);
+  readDescription(bytes);
   try {
     const Schema schema = Schema::parse(type, definition);
     readMessage(schema, bytes);

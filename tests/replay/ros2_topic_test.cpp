@@ -228,5 +228,35 @@ TEST(Ros2Topic, isLatchedWhereLateSubscribersGetTheLast) {
   EXPECT_FALSE(is_latched("- durability: volatile\n  durability:"));
 }
 
+TEST(Ros2Topic, ofARobotIsItsOwnWhereRos1KnowsNone) {
+  Ros2Topic topic(described("my_msgs/msg/Own", "int32 x\nstring<=3 name\n"), knows({}),
+                  Ros2Topic::Source::Robot);
+  EXPECT_EQ(topic.whyForeign(), "");
+  EXPECT_EQ(whyForeign(topic.channel().definition), std::nullopt);
+  EXPECT_EQ(jsonOf(topic, Cdr().put(7).text("abc")), R"({"name":"abc","x":7})");
+}
+
+TEST(Ros2Topic, ofARobotHasRos1sFieldsWhereNobodyTellsOthers) {
+  Ros2Description description = described("my_msgs/msg/Own", "");
+  description.definition_kind = "";
+  Ros2Topic topic(description, knows({{"my_msgs/Own", "int32 x\n"}}), Ros2Topic::Source::Robot);
+  EXPECT_EQ(jsonOf(topic, Cdr().put(7)), R"({"x":7})");
+  EXPECT_EQ(messageErrorOf([&] { topic.toRos1(Cdr().put(7).put(8)); }).empty(), false);
+  EXPECT_EQ(messageErrorOf([&] { Ros2Topic(description, knows({}), Ros2Topic::Source::Robot); }),
+            "no node of ROS 2 tells its type, and ROS 1 knows none here");
+}
+
+TEST(Ros2Topic, goesBackToRos2AsItCame) {
+  Ros2Topic topic(described("my_msgs/msg/Own",
+                            "std_msgs/Header header\nstring<=3 name\n" + std::string(kHeaderText)),
+                  knows({}), Ros2Topic::Source::Robot);
+  const Bytes cdr = Cdr(false, 0).put(5).put(std::uint32_t{6}).text("map").text("abc");
+  EXPECT_EQ(topic.toRos2(topic.toRos1(cdr)), cdr);
+  Bytes longer = topic.toRos1(cdr);
+  longer[longer.size() - 7] = 4;  // of the string's length
+  longer.push_back('d');
+  EXPECT_NE(messageErrorOf([&] { topic.toRos2(longer); }), "");
+}
+
 }  // namespace
 }  // namespace afterglow::replay::ros2_topic_test

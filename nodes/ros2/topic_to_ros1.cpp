@@ -1,0 +1,75 @@
+#include "nodes/ros2/topic_to_ros1.hpp"
+
+#include <iterator>
+#include <set>
+
+namespace afterglow::nodes {
+
+TopicToRos1::TopicToRos1(DdsParticipant& participant, BridgeRefusals& refusals,
+                         replay::Ros2Topic conversion, Options options)
+    : participant_(participant),
+      refusals_(refusals),
+      options_(std::move(options)),
+      conversion_(std::move(conversion)) {
+  publisher_ = advertise(options_.is_latched);
+}
+
+ros::Publisher TopicToRos1::advertise(bool is_latched) {
+  const replay::Channel& channel = conversion_.channel();
+  const auto tell = [on_demand = options_.on_demand](const ros::SingleSubscriberPublisher&) {
+    on_demand();
+  };
+  ros::AdvertiseOptions options(channel.topic, static_cast<std::uint32_t>(options_.depth),
+                                channel.md5, channel.type, channel.definition, tell, tell);
+  options.latch = is_latched;
+  return node_.advertise(options);
+}
+
+void TopicToRos1::update(const std::vector<DdsEndpoint>& writers, std::size_t own_links) {
+  const bool is_wanted = publisher_.getNumSubscribers() > own_links;
+  std::set<std::pair<bool, bool>> kinds;
+  std::set<DdsGuid> guids;
+  for (const DdsEndpoint& writer : writers) {
+    kinds.insert(writer.qos.kind());
+    guids.insert(writer.guid);
+  }
+  for (auto reader = readers_.begin(); reader != readers_.end();) {
+    const auto [is_reliable, is_transient_local] = reader->first;
+    const bool stays = kinds.count(reader->first) > 0 && (is_wanted || is_transient_local);
+    reader = stays ? std::next(reader) : readers_.erase(reader);
+  }
+  for (const auto& kind : kinds) {
+    if (!is_wanted || readers_.count(kind) > 0) continue;
+    readers_[kind] = std::make_unique<DdsReader>(
+        participant_, replay::ddsTopicName(conversion_.channel().topic), options_.dds_type,
+        DdsQos{kind.first, kind.second, options_.depth},
+        [this, kind](DdsSample&& sample) { take(kind, std::move(sample)); });
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto latched = latched_.begin(); latched != latched_.end();) {
+    latched = guids.count(latched->first) > 0 ? std::next(latched) : latched_.erase(latched);
+  }
+}
+
+ros::Publisher& TopicToRos1::publisherOf(const DdsGuid& writer, bool is_latched) {
+  if (!is_latched) return publisher_;
+  ros::Publisher& publisher = latched_[writer];
+  if (!publisher) publisher = advertise(true);
+  return publisher;
+}
+
+void TopicToRos1::take(const std::pair<bool, bool>& kind, DdsSample&& sample) {
+  // A reader that asks for little hears them all; each is heard as its own kind. Afterglow's own
+  // are no writers of others.
+  const auto offered = participant_.qosOf(sample.writer);
+  if (!offered || offered->kind() != kind) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  try {
+    const RawMessage message{conversion_.toRos1(sample.cdr)};
+    publisherOf(sample.writer, kind.second).publish(message);
+  } catch (const replay::MessageError& error) {
+    refusals_.tellBadMessage(conversion_.channel().topic, error.what());
+  }
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,127 @@
+#include "nodes/ros2/topic_to_ros2.hpp"
+
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+
+#include "replay/messages/definitions.hpp"
+#include "replay/ros2/ros2_definition.hpp"
+#include "replay/ros2/twist_stamp.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// Readers are met within milliseconds; one that never is, as its quality does not fit, holds up
+/// nobody.
+constexpr auto kMeeting = std::chrono::seconds(1);
+
+std::string valueOf(const ros::M_string& header, const std::string& key) {
+  const auto found = header.find(key);
+  return found == header.end() ? std::string() : found->second;
+}
+
+}  // namespace
+
+TopicToRos2::TopicToRos2(DdsParticipant& participant, BridgeRefusals& refusals, Options options)
+    : participant_(participant), refusals_(refusals), options_(std::move(options)) {
+  writerOf({});
+}
+
+void TopicToRos2::subscribe() {
+  ros::SubscribeOptions subscription;
+  subscription.initByFullCallbackType<const Event&>(
+      options_.topic, static_cast<std::uint32_t>(options_.depth),
+      [this](const Event& event) { onMessage(event); });
+  if (!options_.ros1_md5.empty()) {
+    subscription.md5sum = options_.ros1_md5;
+    subscription.datatype = options_.ros1_type;
+  }
+  subscription.transport_hints = ros::TransportHints().tcpNoDelay();
+  subscriber_ = node_.subscribe(subscription);
+}
+
+bool TopicToRos2::update(const std::set<std::string>& publishers, std::size_t readers) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const bool is_met = writerOf({}).matched().size() >= readers;
+  if (!subscriber_ && (is_met || std::chrono::steady_clock::now() > begin_ + kMeeting)) {
+    subscribe();
+  }
+  for (auto writer = writers_.begin(); writer != writers_.end();) {
+    const bool stays = writer->first.empty() || publishers.count(writer->first) > 0;
+    writer = stays ? std::next(writer) : writers_.erase(writer);
+  }
+  return subscriber_;
+}
+
+DdsWriter& TopicToRos2::writerOf(const Source& source) {
+  const bool is_common = !source.is_latching;
+  auto& writer = writers_[is_common ? "" : source.caller];
+  if (!writer) {
+    const DdsQos qos = is_common ? DdsQos{true, options_.is_transient_local, options_.depth}
+                                 : DdsQos{true, true, 1};
+    writer = std::make_unique<DdsWriter>(participant_, replay::ddsTopicName(options_.topic),
+                                         replay::ddsTypeName(options_.ros2_type), qos);
+  }
+  return *writer;
+}
+
+TopicToRos2::Source TopicToRos2::sourceWith(const ros::M_string& header) {
+  Source source{valueOf(header, "callerid"), valueOf(header, "type"),
+                valueOf(header, "latching") == "1", std::nullopt};
+  const std::string wanted = replay::ros1TypeName(options_.ros2_type);
+  const bool is_same = source.type == wanted;
+  if (!is_same && replay::otherTwist(source.type) != wanted) {
+    refusals_.tell(options_.topic, source.caller + " publishes " + source.type +
+                                       ", a node of ROS 2 wants " + wanted);
+    return source;
+  }
+  const replay::FindDefinition find = [&](const std::string& type) {
+    return is_same ? std::optional(replay::Definition{valueOf(header, "message_definition"),
+                                                      valueOf(header, "md5sum")})
+                   : replay::findInstalled()(type);
+  };
+  try {
+    const replay::Ros2Description description{options_.topic,
+                                              options_.ros2_type,
+                                              "cdr",
+                                              options_.definition.empty() ? "" : "ros2msg",
+                                              options_.definition,
+                                              ""};
+    replay::Ros2Topic conversion(description, find, replay::Ros2Topic::Source::Robot);
+    if (!conversion.whyForeign().empty()) throw replay::MessageError(conversion.whyForeign());
+    source.conversion.emplace(std::move(conversion));
+  } catch (const replay::MessageError& error) {
+    refusals_.tell(options_.topic, error.what());
+  }
+  return source;
+}
+
+TopicToRos2::Source& TopicToRos2::sourceOf(const Event& event) {
+  const auto& header = event.getConnectionHeaderPtr();
+  if (const auto known = sources_.find(header); known != sources_.end()) return known->second;
+  // What only this map still holds is a connection that is gone.
+  for (auto held = sources_.begin(); held != sources_.end();) {
+    held = held->first.use_count() == 1 ? sources_.erase(held) : std::next(held);
+  }
+  return sources_.emplace(header, sourceWith(*header)).first->second;
+}
+
+void TopicToRos2::onMessage(const Event& event) {
+  if (event.getPublisherName() == ros::this_node::getName()) return;  // from ROS 2
+  const std::lock_guard<std::mutex> lock(mutex_);
+  try {
+    Source& source = sourceOf(event);
+    if (!source.conversion) return;
+    const replay::Bytes& bytes = event.getConstMessage()->bytes;
+    const bool is_same = source.type == source.conversion->channel().type;
+    const replay::Stamp now{static_cast<std::int64_t>(ros::Time::now().toNSec())};
+    writerOf(source).write(
+        source.conversion->toRos2(is_same ? bytes : replay::toOtherTwist(source.type, bytes, now)));
+  } catch (const replay::MessageError& error) {
+    refusals_.tellBadMessage(options_.topic, error.what());
+  } catch (const std::runtime_error& error) {
+    ROS_WARN_STREAM_THROTTLE(10, error.what());
+  }
+}
+
+}  // namespace afterglow::nodes
