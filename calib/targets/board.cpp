@@ -42,11 +42,13 @@ std::string idRange(int first, int last) {
 }  // namespace
 
 // A2, the default, has the ids that boards of all sizes once had, so that boards in use stay valid.
-const std::array<Paper, 5> kPapers = {{{"A0", {1.189, 0.841}, 80},
+const std::array<Paper, 7> kPapers = {{{"A0", {1.189, 0.841}, 80},
                                        {"A1", {0.841, 0.594}, 60},
                                        {"A2", {0.594, 0.420}, 0},
                                        {"A3", {0.420, 0.297}, 40},
-                                       {"A4", {0.297, 0.210}, 20}}};
+                                       {"A4", {0.297, 0.210}, 20},
+                                       {"Tabloid", {0.4318, 0.2794}, 0},
+                                       {"Letter", {0.2794, 0.2159}, 0}}};
 
 const Paper* paperOf(const Eigen::Vector2d& size_m) {
   constexpr double kSame_m = 1e-4;
@@ -79,7 +81,7 @@ std::string otherBoardText(const std::set<int>& ids, const Board& board) {
   if (count < kFewest || board.tags.empty()) return "";
   return "the tags in the picture (" + idRange(shown->first_id, shown->first_id + kPaperTags - 1) +
          ") are those of an " + shown->name + " board" +
-         (shown->first_id == 0 ? ", or of one that is older or no paper size" : "") +
+         (shown->first_id == 0 ? ", or of one that is older or of another shape" : "") +
          "; the layout (board.yaml) describes " + boardName(board) + " with tags " +
          idRange(board.tags.front().id, board.tags.back().id) +
          ": use the board.yaml that was written with the printed board";

@@ -24,15 +24,16 @@ struct Board {
 /// Ids of a board are below this, those of a pattern from this on.
 constexpr int kFirstPatternId = 100;
 
-/// A sheet whose boards have ids of their own. All paper sizes have one shape; without ids an image
-/// could not tell a small board near by from a large one far away.
+/// A paper size. Boards of ISO 216's, which all have one shape, have ids of their own: without them
+/// an image could not tell a small board near by from a large one far away. American sizes have the
+/// ids from 0 on, as each has a shape of its own.
 struct Paper {
   const char* name;
-  Eigen::Vector2d size_m;  ///< landscape, ISO 216
-  int first_id;            ///< the first of its kPaperTags
+  Eigen::Vector2d size_m;  ///< landscape
+  int first_id;            ///< the first of an ISO size's kPaperTags
 };
 constexpr int kPaperTags = 20;
-extern const std::array<Paper, 5> kPapers;
+extern const std::array<Paper, 7> kPapers;
 /// The paper of this size, either way up; null if there is none.
 const Paper* paperOf(const Eigen::Vector2d& size_m);
 

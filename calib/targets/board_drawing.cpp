@@ -146,7 +146,8 @@ Middle middleOf(const Board& board) {
   return {-half.x(), half.x(), -half.y(), half.y(), std::clamp(cell * 500, 1.6, kLargestFont)};
 }
 
-/// Beside its tag, where the tag's white rim ends and the free middle begins.
+/// Beside its tag, where the tag's white rim ends and the free middle begins; a corner's tag is
+/// pointed at, as its neighbors are as near.
 void drawId(Pen& pen, const Middle& middle, const Tag& tag) {
   const Eigen::Vector2d center = (tag.corners[0] + tag.corners[2]) * 500;
   const Point at{std::clamp(center.x(), middle.left, middle.right),
@@ -154,8 +155,15 @@ void drawId(Pen& pen, const Middle& middle, const Tag& tag) {
   const auto anchor = [](double value, double low, double high) {
     return value <= low ? 0 : value >= high ? 1 : 0.5;
   };
-  pen.text(at, {anchor(at.x, middle.left, middle.right), anchor(at.y, middle.top, middle.bottom)},
-           std::to_string(tag.id), middle.font);
+  const Point side{anchor(at.x, middle.left, middle.right),
+                   anchor(at.y, middle.top, middle.bottom)};
+  Point text = at;
+  if (side.x != 0.5 && side.y != 0.5) {
+    const Point inward{(1 - 2 * side.x) * middle.font / 2, (1 - 2 * side.y) * middle.font / 2};
+    pen.triangle(at, {at.x + inward.x, at.y}, {at.x, at.y + inward.y});
+    text = {at.x + 0.7 * inward.x, at.y + 0.7 * inward.y};
+  }
+  pen.text(text, side, std::to_string(tag.id), middle.font);
 }
 
 std::string millimeters(double meters) { return exactText(std::round(meters * 1e4) / 10); }

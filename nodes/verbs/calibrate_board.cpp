@@ -55,8 +55,11 @@ void addCalibrateBoard(CLI::App& calibrate) {
       verb->add_option("--size", options->size_m, "The sheet, W,H in meters, instead of --paper")
           ->delimiter(',')
           ->type_name("W,H");
-  verb->add_option("--paper", options->paper, "The sheet, landscape: A4, A3, A2, A1 or A0")
-      ->check(CLI::IsMember({"A4", "A3", "A2", "A1", "A0"}))
+  std::vector<std::string> papers;
+  for (const calib::Paper& paper : calib::kPapers) papers.emplace_back(paper.name);
+  verb->add_option("--paper", options->paper,
+                   "The sheet, landscape: A4, A3, A2, A1, A0, Letter or Tabloid")
+      ->transform(CLI::IsMember(papers, CLI::ignore_case))
       ->capture_default_str()
       ->excludes(size);
   verb->add_option("--family", options->family, "The tags' family")
