@@ -1,16 +1,12 @@
 #include "nodes/tools/stop_signal.hpp"
 
-#include <ros/ros.h>
-#include <ros/xmlrpc_manager.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <thread>
 
 namespace afterglow {
 namespace nodes {
@@ -51,14 +47,9 @@ void catchStopSignals(SecondSignal second) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
-void catchShutdownRequests() {
+void noteShutdownRequest() {
   openRequestFd();
-  // The first binding of a name stays: ros::start() does not replace this one.
-  ros::XMLRPCManager::instance()->bind(
-      "shutdown", [](XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& answer) {
-        note(Request::Shutdown);
-        answer = ros::xmlrpc::responseInt(1, "", 0);
-      });
+  note(Request::Shutdown);
 }
 
 bool isStopRequested() { return request != Request::None; }
@@ -75,19 +66,13 @@ std::string stopRequest() {
   return "";
 }
 
+void forgetStopRequest() {
+  std::uint64_t many = 0;
+  if (::read(request_fd, &many, sizeof many) < 0) many = 0;  // nobody waits for it
+  request = Request::None;
+}
+
 int stopRequestFd() { return request_fd; }
-
-void waitForStop() {
-  while (ros::ok() && !isStopRequested()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-}
-
-void letMessagesLeave() {
-  if (ros::ok()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
-  }
-}
 
 }  // namespace nodes
 }  // namespace afterglow

@@ -1,7 +1,8 @@
 /// \file
 /// Requests to end, for nodes that have something to finish while ROS still runs: zero the robot's
 /// velocity, end a recording. Use with ros::init_options::NoSigintHandler. C++14, as
-/// afterglow_guard is built on robots with old systems, too.
+/// afterglow_guard is built on robots with old systems, too. stop_signal.cpp knows no ROS, for
+/// verbs that need none; shutdown_request.cpp has the rest.
 #pragma once
 
 #include <string>
@@ -19,9 +20,14 @@ void catchStopSignals(SecondSignal second = SecondSignal::EndsAtOnce);
 /// sent. Call it before ros::start(), which the first ros::NodeHandle does.
 void catchShutdownRequests();
 
+/// Sets the flag as a shutdown request does.
+void noteShutdownRequest();
+
 bool isStopRequested();
 /// The cause of the stop: "a signal" or "a shutdown request"; empty without one.
 std::string stopRequest();
+/// Forgets a request that was obeyed: the next one counts anew.
+void forgetStopRequest();
 /// A descriptor for poll(), readable once a stop is requested; -1 if no signals are caught.
 int stopRequestFd();
 

@@ -1,7 +1,5 @@
 #include "nodes/verbs/behavior_source.hpp"
 
-#include <filesystem>
-
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
@@ -9,8 +7,6 @@
 
 namespace afterglow::nodes {
 namespace {
-
-namespace fs = std::filesystem;
 
 BehaviorSource openBag(const std::string& path) {
   BehaviorSource source;
@@ -28,10 +24,7 @@ BehaviorSource openBag(const std::string& path) {
 }  // namespace
 
 BehaviorSource openBehavior(const std::string& what, const std::string& store) {
-  const fs::path extension = fs::path(what).extension();
-  const bool is_file = what.find('/') != std::string::npos || extension == ".bag" ||
-                       extension == ".mcap" || extension == ".db3" || fs::is_regular_file(what);
-  if (is_file) return openBag(what);
+  if (looksLikeFile(what)) return openBag(what);
   BehaviorSource source;
   source.store = replay::openStore(store, replay::OpenMode::ReadOnly);
   source.behavior = findBehavior(*source.store, store, {what});

@@ -77,7 +77,9 @@ void runColor(const CalibrateColorOptions& options) {
     writePictures(options);
     return;
   }
+  std::optional<Waiting> waiting(std::in_place, "reading the photographs");
   const calib::ColorFit fit = calib::fitColor(calib::readColorPhotographs(options.images));
+  waiting.reset();
   calib::replaceFile((std::filesystem::path(options.out) / "color.yaml").string(),
                      calib::colorYaml(fit));
   if (options.json) {

@@ -6,6 +6,7 @@
 #include <CLI/Error.hpp>
 #include <CLI/Validators.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -42,8 +43,11 @@ struct CalibrateSolveOptions {
 /// Prints a line on stderr, if that is a terminal.
 calib::CalibrationProgress terminalProgress() {
   if (isatty(STDERR_FILENO) != 1) return {};
-  return [](const std::string& doing, double share) {
-    replaceLine(fmt::format("{}, {:.0f} %", doing, 100 * share));
+  const auto begin = std::chrono::steady_clock::now();
+  return [begin](const std::string& doing, double share) {
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    const std::string left = timeLeft(share, taken.count());
+    replaceLine(fmt::format("{}, {:.0f} %{}", doing, 100 * share, left.empty() ? "" : ", " + left));
     if (share >= 1) replaceLine("");
   };
 }

@@ -87,9 +87,14 @@ void runViews(const CalibrateVerifyOptions& options) {
   }
   const calib::ViewReader reader(board, pattern, camera);
   std::vector<calib::ViewCheck> views;
-  for (const ViewFiles& files : findViews(options.images)) {
-    const calib::View view = readView(files, reader, CalibrationFolder(options.calibration));
-    views.push_back(calib::checkView(view, board, pattern, camera, estimate));
+  {
+    const std::vector<ViewFiles> found = findViews(options.images);
+    Progress progress("measuring", "views");
+    for (const ViewFiles& files : found) {
+      progress.update(views.size(), found.size());
+      const calib::View view = readView(files, reader, CalibrationFolder(options.calibration));
+      views.push_back(calib::checkView(view, board, pattern, camera, estimate));
+    }
   }
   std::cout << (options.json ? dumpJson(verifyJson(views), 2) + "\n" : verifyText(views));
   const calib::ErrorSummary summary = summaryOf(views);

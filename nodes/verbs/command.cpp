@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <iostream>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ constexpr Verb kVerbs[] = {
     {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
+    {"info", "Show what a bag, an MCAP file or a behavior holds, as rosbag info does",
+     "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
     {"ask", "Ask the robot what it did, in words: which behavior answers, and what was said then",
      "afterglow_play"},
@@ -98,12 +101,41 @@ void printFailure(const CLI::App& app, std::string text) {
   std::cerr << ": " << text << std::endl;
 }
 
-/// For the first option that the verb does not know: the one that it may have been meant for.
-std::string nearestOption(const CLI::App& app, int argc, char** argv) {
+/// "; did you mean WORD?", else the known words.
+std::string nearestOf(const std::string& word, const std::vector<std::string>& known) {
+  const std::string hint = replay::didYouMean(word, known);
+  if (!hint.empty()) return hint;
+  std::string all = "; there are:";
+  for (const std::string& name : known) all += " " + name;
+  return all;
+}
+
+/// The innermost verb of the command line that was understood.
+const CLI::App& lastVerb(const CLI::App& app) {
   const CLI::App* verb = &app;
   while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
+  return *verb;
+}
+
+/// For a verb that consists of others, of which the command line names none: what is wrong; empty
+/// for another mistake.
+std::string missingPart(const CLI::App& verb, int argc, char** argv) {
   std::vector<std::string> known;
-  for (const CLI::Option* option : verb->get_options()) {
+  for (const CLI::App* part : verb.get_subcommands([](const CLI::App*) { return true; })) {
+    known.push_back(part->get_name());
+  }
+  char** const end = argv + argc;
+  char** word = verb.get_parent() == nullptr ? argv : std::find(argv, end, verb.get_name());
+  if (known.empty() || word == end) return "";
+  word = std::find_if(word + 1, end, [](const char* text) { return *text != '-'; });
+  if (word == end) return "a subcommand is missing" + nearestOf("", known);
+  return "there is no subcommand '" + oneLine(*word) + "'" + nearestOf(*word, known);
+}
+
+/// For the first option that the verb does not know: the one that it may have been meant for.
+std::string nearestOption(const CLI::App& verb, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : verb.get_options()) {
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   }
   for (int i = 1; i < argc; ++i) {
@@ -129,8 +161,16 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
     if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
     return 0;
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
-    const std::string text = error.what() + nearestOption(app, argc, argv);
+    if (error.get_exit_code() == 0) {  // --help and --version
+      std::ostringstream help;
+      app.exit(error, help, help);
+      std::cout << wrapped(help.str(), terminalWidth());
+      return 0;
+    }
+    const CLI::App& verb = lastVerb(app);
+    std::string text = missingPart(verb, argc, argv);
+    if (text.empty()) text = error.what();
+    text += nearestOption(verb, argc, argv);
     const bool is_referred = text.find("see --help") != text.npos;
     printFailure(app, text + (is_referred ? "" : "; see --help"));
     return 2;
@@ -145,9 +185,10 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
 const std::vector<std::string>& wordsBehindDashes() { return words_behind_dashes; }
 
 int refuseVerb(const std::string& word) {
-  std::cerr << "afterglow: there is no verb '" << oneLine(word) << "'; there are:";
-  for (const Verb& verb : kVerbs) std::cerr << " " << verb.name;
-  std::cerr << std::endl;
+  std::vector<std::string> known;
+  for (const Verb& verb : kVerbs) known.emplace_back(verb.name);
+  std::cerr << "afterglow: there is no verb '" << oneLine(word) << "'" << nearestOf(word, known)
+            << std::endl;
   return 2;
 }
 

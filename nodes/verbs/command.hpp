@@ -42,6 +42,7 @@ void addDoctorVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
 void addImportVerb(CLI::App& app);
+void addInfoVerb(CLI::App& app);
 void addInitVerb(CLI::App& app);
 void addListVerb(CLI::App& app);
 void addPlayVerb(CLI::App& app);

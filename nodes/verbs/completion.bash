@@ -23,7 +23,7 @@ _afterglow() {
     words=$(_afterglow_help '(^  |,)-{1,2}[a-z][a-z-]*' "${verb[@]}")
   elif [[ ${verb[0]} =~ ^(calibrate|store)$ ]]; then
     [ "$COMP_CWORD" = 2 ] && words=$(_afterglow_help '^  [a-z]+ ' "${verb[0]}")
-  elif [[ ${verb[0]} =~ ^(show|play|export|render|edit)$ ]]; then
+  elif [[ ${verb[0]} =~ ^(show|info|play|export|render|edit)$ ]]; then
     words=$(_afterglow_behaviors)
   fi
   COMPREPLY=($(compgen -W "$words" -- "$word"))

@@ -84,14 +84,19 @@ void runEdit(EditOptions& options) {
                                         replay::timeText(behavior.begin));
   if (options.is_delete) {
     requireYes(options, "Delete " + which + " and its messages for ever?");
-    store->removeBehavior(behavior.id);
+    {
+      const Waiting waiting("deleting");
+      store->removeBehavior(behavior.id);
+    }
     std::cout << "deleted " << which << "\n";
     return;
   }
   if (options.edit.isTrim()) {
     requireYes(options, "Delete what " + which + " holds outside of " + options.trim + " s?");
   }
+  std::optional<Waiting> waiting(std::in_place, "changing");
   const replay::Behavior now = replay::editBehavior(*store, behavior.id, options.edit);
+  waiting.reset();
   std::cout << "changed " << which << "; afterglow show " << now.id << " shows it\n";
 }
 

@@ -34,8 +34,8 @@ replay::RecordingFormat formatOf(const ExportOptions& options) {
     throw std::runtime_error(options.out + ": bags of ROS 2 are not written; FILE.bag and " +
                              "FILE.mcap are");
   }
-  const bool is_mcap = options.format.empty() ? extension == ".mcap" : options.format == "mcap";
-  return is_mcap ? replay::RecordingFormat::Mcap : replay::RecordingFormat::Rosbag;
+  if (options.format.empty()) return replay::formatOfFile(options.out);
+  return options.format == "mcap" ? replay::RecordingFormat::Mcap : replay::RecordingFormat::Rosbag;
 }
 
 replay::BagCompression compressionOf(const ExportOptions& options,

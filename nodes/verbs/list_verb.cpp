@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <set>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/filter.hpp"
+#include "replay/query/nearest.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
 
@@ -49,10 +51,32 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
   std::cout << table.text();
 }
 
-replay::BehaviorFilter anyOne() {
-  replay::BehaviorFilter filter;
-  filter.limit = 1;
-  return filter;
+/// Says that no behavior is found; for a name, outcome, topic, robot or tag that none has, with the
+/// nearest that there is.
+std::string noneFound(const replay::Store& store, const std::string& uri,
+                      const replay::BehaviorFilter& filter) {
+  std::set<std::string> names, outcomes, topics, robots, tags;
+  for (const replay::Behavior& behavior : store.behaviors({})) {
+    names.insert(behavior.name);
+    outcomes.insert(behavior.outcome);
+    robots.insert(behavior.robot);
+    topics.insert(behavior.topics.begin(), behavior.topics.end());
+    tags.insert(behavior.tags.begin(), behavior.tags.end());
+  }
+  if (names.empty()) return "no behaviors yet in " + uri;
+  std::string text = "no such behaviors in " + uri;
+  const auto tell = [&text](const char* what, const std::optional<std::string>& asked,
+                            const std::set<std::string>& known) {
+    if (!asked || known.count(*asked) > 0) return;
+    text += fmt::format("; none has {} \"{}\"{}", what, *asked,
+                        replay::didYouMean(*asked, {known.begin(), known.end()}));
+  };
+  tell("the name", filter.name, names);
+  tell("the outcome", filter.outcome, outcomes);
+  tell("the topic", filter.topic, topics);
+  tell("the robot", filter.robot, robots);
+  tell("the tag", filter.tag, tags);
+  return text;
 }
 
 /// But for --before, which may name a behavior of the store.
@@ -82,9 +106,7 @@ void runList(const ListOptions& options) {
   if (options.json) {
     printJson(*store, behaviors);
   } else if (behaviors.empty()) {
-    const bool is_empty = store->behaviors(anyOne()).empty();
-    std::cerr << (is_empty ? "no behaviors yet in " : "no such behaviors in ")
-              << replay::storeUri(options.store) << "\n";
+    std::cerr << noneFound(*store, replay::storeUri(options.store), filter) << "\n";
   } else {
     printTable(*store, behaviors);
   }

@@ -45,6 +45,8 @@ The folder of the store in which a recorder keeps what a MongoDB server does not
 .TP
 .B ROS_MASTER_URI
 The ROS master that
+.BR record ,
+.BR example ,
 .BR play ,
 .BR watch ,
 .BR doctor ,

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -28,8 +29,11 @@
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/bags/bag_file.hpp"
 #include "replay/messages/text.hpp"
+#include "replay/query/time_text.hpp"
 #include "replay/record/disk_guard.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -38,6 +42,7 @@ namespace {
 struct RecordOptions {
   RecordingOptions asked;
   std::string store, outcome;
+  std::string file, file_prefix;     ///< -O, -o; empty: no file
   std::vector<std::string> words;    ///< topics
   std::vector<std::string> command;  ///< words behind "--"
   double duration_s = 0;             ///< 0: no end
@@ -266,8 +271,16 @@ void tellEnd(const StopRecording::Response& ended, const std::string& store) {
             << (store.empty() ? "" : " --store " + store) << "\n";
 }
 
+/// The end of a recording.
+struct Recorded {
+  std::int64_t id = 0;
+  bool is_kept = false;
+  std::string store;    ///< its URI
+  std::string failure;  ///< why the command failed; empty: it did not
+};
+
 /// Records by the recorder of that name.
-void recordBehavior(const RecordOptions& options, const std::string& node) {
+Recorded recordBehavior(const RecordOptions& options, const std::string& node) {
   RecorderWords words(node);
   RecordCalls calls(node);
   const StartRecording::Response started = calls.start(options.asked);
@@ -287,16 +300,17 @@ void recordBehavior(const RecordOptions& options, const std::string& node) {
     failure = error.what();
   }
   const bool is_chosen = !options.outcome.empty() && failure.empty();
-  tellEnd(calls.stop(id, is_chosen ? options.outcome : outcome),
-          options.store.empty() ? words.store() : replay::storeUri(options.store));
+  const StopRecording::Response ended = calls.stop(id, is_chosen ? options.outcome : outcome);
+  const std::string store = options.store.empty() ? words.store() : replay::storeUri(options.store);
+  tellEnd(ended, store);
   if (failure.empty() && status != 0 && outcome == "failure") {
     failure = "the command ended with status " + std::to_string(status);
   }
-  if (!failure.empty()) throw std::runtime_error(failure);
+  return {id, ended.kept != 0, store, failure};
 }
 
 /// Records by a recorder in this process, without one that runs.
-void recordAlone(const RecordOptions& options) {
+Recorded recordAlone(const RecordOptions& options) {
   RecorderNodeOptions own;
   own.store = options.store;
   own.mongodb_logger = false;
@@ -308,15 +322,53 @@ void recordAlone(const RecordOptions& options) {
     if (!rest.empty()) std::cerr << "afterglow record: " << rest << "\n";
   };
   try {
-    recordBehavior(options, ros::this_node::getName());
+    const Recorded recorded = recordBehavior(options, ros::this_node::getName());
+    finish();
+    return recorded;
   } catch (...) {
     finish();
     throw;
   }
-  finish();
+}
+
+/// Writes what was recorded into a file, too.
+void writeFile(const std::string& path, const Recorded& recorded) {
+  const auto store = replay::openStore(recorded.store, replay::OpenMode::ReadOnly);
+  const auto behavior = store->behavior(recorded.id);
+  if (!behavior)
+    throw std::runtime_error(path + " is not written: behavior " + std::to_string(recorded.id) +
+                             " is not in " + recorded.store);
+  forgetStopRequest();  // Ctrl-C ended the recording
+  Progress progress("writing " + path);
+  replay::BagExport bag;
+  bag.format = replay::formatOfFile(path);
+  bag.progress = [&](auto done, auto total) { progress.update(done, total); };
+  const auto written = replay::exportBags(*store, {*behavior}, {}, path, bag);
+  std::cout << path << ": " << replay::counted(written.messages, "message") << ", "
+            << sizeText(std::filesystem::file_size(path)) << "\n";
+}
+
+/// Names the file and the behavior as rosbag record names its file.
+void nameRecording(RecordOptions& options) {
+  namespace fs = std::filesystem;
+  const replay::TimeParts now = replay::timeParts(replay::wallNow());
+  std::string time = now.day + "-" + now.clock;
+  std::replace(time.begin(), time.end(), ':', '-');
+  const std::string& prefix = options.file_prefix;
+  if (!prefix.empty()) options.file = prefix + (prefix.back() == '/' ? "" : "_") + time;
+  const std::string ending = fs::path(options.file).extension().string();
+  if (!options.file.empty() && ending != ".bag" && ending != ".mcap") options.file += ".bag";
+  const fs::path folder = fs::path(options.file).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder)) {
+    throw std::runtime_error(folder.string() + ": no such folder; nothing was recorded");
+  }
+  if (!options.asked.name.empty()) return;
+  const std::string name = fs::path(prefix.empty() ? options.file : prefix).filename().string();
+  options.asked.name = name.empty() ? time : prefix.empty() ? fs::path(name).stem().string() : name;
 }
 
 void runRecord(RecordOptions& options) {
+  nameRecording(options);
   options.command = wordsBehindDashes();
   if (!options.command.empty() && !hasProgram(options.command.front())) {
     throw std::runtime_error("cannot start " + options.command.front() +
@@ -330,11 +382,10 @@ void runRecord(RecordOptions& options) {
   ros::AsyncSpinner spinner(4);
   spinner.start();
   const std::string running = options.store.empty() ? runningRecorder() : "";
-  if (running.empty()) {
-    recordAlone(options);
-  } else {
-    recordBehavior(options, running);
-  }
+  const Recorded recorded =
+      running.empty() ? recordAlone(options) : recordBehavior(options, running);
+  if (!options.file.empty() && recorded.is_kept) writeFile(options.file, recorded);
+  if (!recorded.failure.empty()) throw std::runtime_error(recorded.failure);
 }
 
 /// An option for each field of a request.
@@ -375,7 +426,14 @@ void addRecordVerb(CLI::App& app) {
                    "Topics, and behind -- a command that is the behavior: it is run, and its exit "
                    "status says how it ended");
   visitRecordingFields(AddField{*verb}, options->asked);
-  verb->get_option("--name")->required();
+  verb->get_option("--name")->description(
+      "Name of the behavior; default: FILE's or PREFIX's, else the time");
+  CLI::Option* file = verb->add_option(
+      "-O,--output-name", options->file,
+      "Write a bag, too, as export does, or an MCAP file: FILE, FILE.bag, FILE.mcap");
+  verb->add_option("-o,--output-prefix", options->file_prefix,
+                   "The same into PREFIX_2026-11-27-14-05-59.bag, with the time")
+      ->excludes(file);
   verb->add_option("--duration", options->duration_s, "Ends by itself after so long: 30, 5m, 2h")
       ->transform(CLI::AsNumberWithUnit(
           std::map<std::string, double>{{"s", 1.0}, {"m", 60.0}, {"h", 3600.0}},

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "calib/file_replacement.hpp"
 #include "nodes/behavior_view/behavior_page.hpp"
 #include "nodes/behavior_view/moment_painter.hpp"
+#include "nodes/tools/stop_signal.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/tools/work_folder.hpp"
 #include "nodes/verbs/behavior_film.hpp"
@@ -68,8 +70,10 @@ class BehaviorPictures {
 
   /// The picture of the last moment at which anything was lit.
   render::Image lastLit() {
+    Progress progress("searching " + source_.name, "");
     std::optional<Stamp> last;
     eachMoment(kSearchStepNs, [&](Stamp moment) {
+      tellMoment(progress, moment);
       if (painter_.hasContent()) last = moment;
     });
     if (last) {
@@ -79,6 +83,7 @@ class BehaviorPictures {
     // Content outside the picture at the end: every moment has to be looked at.
     last.reset();
     eachMoment(kSearchStepNs, [&](Stamp moment) {
+      tellMoment(progress, moment);
       if (painter_.hasContent() && painter_.isLit()) last = moment;
     });
     if (last) {
@@ -102,6 +107,7 @@ class BehaviorPictures {
   /// is drawn, the room.
   render::Image contactSheet(bool has_room) {
     ContactSheet sheet;
+    Progress progress("rendering " + source_.name, "moments");
     for (int i = 0; i < kSheetMoments; ++i) {
       const Stamp moment{begin_.ns + (painter_.last().ns - begin_.ns) * i / (kSheetMoments - 1)};
       painter_.moveTo(moment);
@@ -109,6 +115,7 @@ class BehaviorPictures {
       if (has_room) pictures.push_back(painter_.picture());
       const double seconds = static_cast<double>(moment.ns - begin_.ns) * 1e-9;
       sheet.add(pictures, {fmt::format("{:.1f} s", seconds), source_.behavior.name, ""});
+      progress.update(static_cast<std::uint64_t>(i + 1), kSheetMoments);
     }
     return sheet.image();
   }
@@ -132,16 +139,20 @@ class BehaviorPictures {
     go(painter_.last());
   }
 
+  void tellMoment(Progress& progress, Stamp moment) const {
+    progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns),
+                    static_cast<std::uint64_t>(painter_.last().ns - begin_.ns));
+  }
+
   /// Takes every image of a video; says so if none was lit.
   template <typename Take>
   void eachImage(int fps, const Take& take) {
     Progress progress("rendering " + source_.name, "");
-    const auto total = static_cast<std::uint64_t>(painter_.last().ns - begin_.ns);
     bool is_dark = true;
     eachMoment(1'000'000'000 / fps, [&](Stamp moment) {
       is_dark = is_dark && !painter_.isLit();
       take(moment);
-      progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
+      tellMoment(progress, moment);
     });
     tellDark(painter_.whyDark(!is_dark), "video", !is_dark);
   }
@@ -152,6 +163,11 @@ class BehaviorPictures {
   render::GlContext context_;
   MomentPainter painter_;
 };
+
+/// Says where something is that was written, and how large.
+void tellWritten(const std::string& path) {
+  std::cout << path << ": " << sizeText(fs::file_size(path)) << "\n";
+}
 
 bool isVideo(const std::string& path) { return fs::path(path).extension() == ".mp4"; }
 bool isPage(const std::string& path) { return fs::path(path).extension() == ".html"; }
@@ -169,7 +185,7 @@ void runSheet(const RenderOptions& given) {
     BehaviorPictures pictures(openBehavior(options.what, options.store), options);
     return render::writePng(options.out.at(0), pictures.contactSheet(options.is_observed));
   } catch (const std::runtime_error& error) {
-    if (given.is_observed) throw;
+    if (given.is_observed || isStopRequested()) throw;
     tell(std::string("without the room: ") + error.what());
   }
   options.is_observed = false;
@@ -205,12 +221,13 @@ void runPage(const RenderOptions& options) {
     return painter.jpeg();
   };
   const std::string film = options.is_film ? filmOf(options) : "";
+  const Waiting waiting("drawing the page of " + source.name);
   calib::replaceFile(options.out.at(0),
                      behaviorPage(detail, settings ? DrawMoment(draw) : nullptr, film));
   if (settings) tell(settings->remark);
 }
 
-void runRender(const RenderOptions& options) {
+void draw(const RenderOptions& options) {
   if (isPage(options.out.at(0))) return runPage(options);
   if (options.is_film) return makeFilms(options);
   if (options.is_sheet) return runSheet(options);
@@ -224,6 +241,11 @@ void runRender(const RenderOptions& options) {
     render::writePng(options.out.at(i), pictures.at(options.at_s[i]));
   }
   tell(pictures.remark());  // last, so that a refusal is one line
+}
+
+void runRender(const RenderOptions& options) {
+  draw(options);
+  for (const std::string& path : options.out) tellWritten(path);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <CLI/Error.hpp>
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -12,6 +13,7 @@
 #include <set>
 
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/bags/bag_file.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
@@ -75,7 +77,7 @@ void printJson(const replay::Store& store, const Behavior& behavior) {
 
 // -------------------------------------------------------------------------------------------- text
 
-void printTopics(const std::string& title, const Behavior& behavior,
+void printTopics(const std::string& title, replay::Stamp begin,
                  const std::vector<TopicSummary>& topics) {
   using Align = TextTable::Align;
   TextTable table({{title, Align::Left},
@@ -85,7 +87,7 @@ void printTopics(const std::string& title, const Behavior& behavior,
                    {"FIRST", Align::Right},
                    {"LAST", Align::Right}});
   const auto offset = [&](replay::Stamp stamp) {
-    return fmt::format("{:.3f} s", static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9);
+    return fmt::format("{:.3f} s", static_cast<double>(stamp.ns - begin.ns) * 1e-9);
   };
   for (const TopicSummary& topic : topics) {
     const auto hz = topic.rate_hz();
@@ -150,10 +152,31 @@ void printText(const replay::Store& store, const Behavior& behavior) {
   for (const std::string& note : replay::notesOf(behavior)) printField("note", note);
   printField("calibration", beginningOf(behavior.calibration));
   printField("not heard", fmt::format("{}", fmt::join(unheardTopics(behavior, topics), ", ")));
-  if (!topics.empty()) printTopics("TOPIC", behavior, topics);
+  if (!topics.empty()) printTopics("TOPIC", behavior.begin, topics);
   const auto context = store.contextTopics(behavior);
-  if (!context.empty()) printTopics("CONTEXT", behavior, context);
+  if (!context.empty()) printTopics("CONTEXT", behavior.begin, context);
   printNodes(behavior);
+}
+
+void printFile(const std::string& path) {
+  replay::BagSummary bag;
+  {
+    Progress progress("reading " + path);
+    bag = replay::summarizeBag(path, [&](auto done, auto total) { progress.update(done, total); });
+  }
+  for (const std::string& remark : bag.remarks) std::cerr << remark << "\n";
+  std::cout << path << "\n";
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) {
+    printField("size", sizeText(std::filesystem::file_size(path)));
+  }
+  printField("messages", std::to_string(bag.messages));
+  if (bag.messages == 0) return;
+  printField("begin", timeText(bag.first));
+  printField("end", timeText(bag.last));
+  printField("duration",
+             fmt::format("{:.3f} s", static_cast<double>(bag.last.ns - bag.first.ns) * 1e-9));
+  printTopics("TOPIC", bag.first, bag.topics);
 }
 
 // ---------------------------------------------------------------------------------------- messages
@@ -224,7 +247,25 @@ void runShow(const ShowOptions& options) {
   }
 }
 
+void runInfo(const ShowOptions& options) {
+  if (options.behavior.size() == 1 && looksLikeFile(options.behavior.front())) {
+    return printFile(options.behavior.front());
+  }
+  runShow(options);
+}
+
 }  // namespace
+
+void addInfoVerb(CLI::App& app) {
+  auto options = std::make_shared<ShowOptions>();
+  CLI::App* verb = addVerb(app, "info");
+  verb->add_option("what", options->behavior,
+                   "FILE.bag, FILE.mcap, FILE.db3 or a ROS 2 bag's folder, read to its end; or a "
+                   "behavior, as show has it")
+      ->required();
+  addStoreOption(*verb, options->store);
+  verb->callback([options] { runInfo(*options); });
+}
 
 void addShowVerb(CLI::App& app) {
   auto options = std::make_shared<ShowOptions>();

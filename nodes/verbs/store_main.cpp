@@ -4,6 +4,6 @@
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
   return runCommand(argc, argv,
-                    {addImportVerb, addListVerb, addShowVerb, addSaidVerb, addEditVerb,
+                    {addImportVerb, addInfoVerb, addListVerb, addShowVerb, addSaidVerb, addEditVerb,
                      addExportVerb, addStoreVerb, addSyncVerb});
 }

@@ -44,12 +44,6 @@ std::unique_ptr<replay::Store> openExisting(const std::string& path) {
   return replay::openStore(path, replay::OpenMode::ReadWrite);
 }
 
-std::string sizeText(std::uint64_t bytes) {
-  if (bytes < 10'000) return std::to_string(bytes) + " B";
-  const double megabytes = static_cast<double>(bytes) * 1e-6;
-  return fmt::format("{:.{}f} MB", megabytes, megabytes < 10 ? 2 : 0);
-}
-
 // ------------------------------------------------------------------------------- check and repair
 
 void runCheck(const StoreOptions& options) {
@@ -97,7 +91,10 @@ void runCompact(const StoreOptions& options) {
   const auto size = [&] { return replay::storeStats(path).file_bytes; };
   const auto store = openExisting(path);
   const std::uint64_t before = size();
-  store->compact();
+  {
+    const Waiting waiting("compacting");
+    store->compact();
+  }
   std::cout << "sqlite:" << path << ": " << sizeText(before) << " before, " << sizeText(size())
             << " now\n";
 }
@@ -139,6 +136,7 @@ void runPrune(const StoreOptions& options) {
   if (replay::storeStats(path).recorder) {
     std::cout << "somebody records into it: the room is used for what comes\n";
   } else {
+    const Waiting waiting("compacting");
     store->compact();
   }
 }
@@ -212,7 +210,9 @@ void printTables(const std::string& path, const replay::StoreStats& stats) {
 
 void runStats(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
+  std::optional<Waiting> waiting(std::in_place, "counting");
   const auto stats = replay::storeStats(path);
+  waiting.reset();
   options.json ? printJson(path, stats) : printTables(path, stats);
 }
 

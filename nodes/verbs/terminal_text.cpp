@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <iostream>
 #include <mutex>
+#include <sstream>
 
 namespace afterglow::nodes {
 namespace {
@@ -101,6 +102,20 @@ class SafeBuffer : public std::streambuf {
   Escaper escaper_{true};
 };
 
+/// Returns the size of the terminal that standard output is; 0 columns: it is none.
+winsize terminalSize() {
+  winsize size{};
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 ? size : winsize{};
+}
+
+/// Returns the column below which a line goes on.
+std::size_t hangingIndent(const std::string& line, std::size_t width) {
+  const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
+  const std::size_t gap = line.find("  ", first);
+  const std::size_t second = gap == line.npos ? line.npos : line.find_first_not_of(' ', gap);
+  return second < width / 2 ? second : first;
+}
+
 }  // namespace
 
 std::string oneLine(const std::string& text) {
@@ -130,12 +145,31 @@ void replaceLine(const std::string& text) {
   if (::write(STDERR_FILENO, line.data(), line.size()) < 0) return;  // it was only for the eye
 }
 
+std::size_t terminalWidth() { return terminalSize().ws_col; }
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  if (width == 0) return text;
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t indent = hangingIndent(line, width);
+    while (line.size() > width) {
+      std::size_t blank = line.rfind(' ', width);
+      if (blank == line.npos || blank <= indent) blank = line.find(' ', width);
+      if (blank == line.npos) break;
+      result += line.substr(0, blank) + "\n";
+      line = std::string(indent, ' ') + line.substr(blank + 1);
+    }
+    result += line + "\n";
+  }
+  return result;
+}
+
 std::size_t replaceLines(const std::vector<std::string>& lines, std::size_t before) {
   std::cout.flush();
-  winsize size{};
-  const bool is_known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  const std::size_t width = is_known ? size.ws_col : 80;
-  const std::size_t height = is_known && size.ws_row > 1 ? size.ws_row - 1u : 24;
+  const winsize size = terminalSize();
+  const std::size_t width = size.ws_col > 0 ? size.ws_col : 80;
+  const std::size_t height = size.ws_col > 0 && size.ws_row > 1 ? size.ws_row - 1u : 24;
   const std::size_t count = std::min(lines.size(), height);
   std::string text = before > 0 ? "\033[" + std::to_string(before) + "A\r\033[J" : "";
   for (std::size_t i = 0; i < count; ++i) text += oneLine(lines[i]).substr(0, width - 1) + "\n";

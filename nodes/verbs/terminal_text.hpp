@@ -35,6 +35,13 @@ class SafeOutput {
 /// and replaceLines() are the places that write escape sequences.
 void replaceLine(const std::string& text);
 
+/// Returns the columns of the terminal that standard output is; 0: it is none.
+std::size_t terminalWidth();
+
+/// Breaks lines that are longer than `width` (0: any width) between words; what goes on begins
+/// below the second column of a line that has two, else below its first letter.
+std::string wrapped(const std::string& text, std::size_t width);
+
 /// Replaces the last `before` lines on a terminal's standard output by others, each as oneLine()
 /// has it and cut to the terminal's width; as many as its height has room for. Returns how many.
 std::size_t replaceLines(const std::vector<std::string>& lines, std::size_t before);

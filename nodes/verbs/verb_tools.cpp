@@ -6,10 +6,13 @@
 #include <CLI/Error.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <map>
+#include <numeric>
+#include <stdexcept>
 
-#include "nodes/verbs/terminal_text.hpp"
+#include "nodes/tools/stop_signal.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/query/behavior_selector.hpp"
 #include "replay/query/time_text.hpp"
@@ -101,6 +104,22 @@ double durationSeconds(const replay::Behavior& behavior,
   return static_cast<double>(end.ns - behavior.begin.ns) * 1e-9;
 }
 
+std::string sizeText(std::uint64_t bytes) {
+  if (bytes < 10'000) return std::to_string(bytes) + " B";
+  const double megabytes = static_cast<double>(bytes) * 1e-6;
+  return fmt::format("{:.{}f} MB", megabytes, megabytes < 10 ? 2 : 0);
+}
+
+bool looksLikeFile(const std::string& what) {
+  namespace fs = std::filesystem;
+  const std::string extension = fs::path(what).extension().string();
+  const bool is_bag = extension == ".bag" || extension == ".mcap" || extension == ".db3";
+  std::error_code ignored;
+  const bool is_there = fs::is_regular_file(what, ignored) ||
+                        fs::exists(fs::path(what) / "metadata.yaml", ignored);  // a bag of ROS 2
+  return what.find('/') != what.npos || is_bag || is_there;
+}
+
 // ------------------------------------------------------------------------------------------ tables
 
 TextTable::TextTable(const std::vector<std::pair<std::string, Align>>& columns) {
@@ -116,21 +135,56 @@ void TextTable::add(std::vector<std::string> row) {
   rows_.push_back(std::move(row));
 }
 
-std::string TextTable::text(const std::string& indent) const {
+namespace {
+
+/// Takes the beginning of a cell that fits a column: to a blank, slash or comma, or a whole letter.
+std::string takePiece(std::string& cell, std::size_t width) {
+  std::size_t cut = cell.size();
+  if (cut > width) {
+    cut = cell.find_last_of(" /,", width - 1) + 1;  // 0 without one
+    if (cut <= width / 2) cut = width;
+    while (cut > 1 && (static_cast<unsigned char>(cell[cut]) & 0xc0) == 0x80) --cut;
+  }
+  const std::string piece = cell.substr(0, cut);
+  cell.erase(0, cut);
+  return piece;
+}
+
+}  // namespace
+
+std::vector<std::size_t> TextTable::widths(std::size_t most) const {
+  constexpr std::size_t kNarrowest = 12;
   std::vector<std::size_t> widths(alignments_.size(), 0);
   for (const auto& row : rows_) {
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   }
-  std::string text;
-  for (const auto& row : rows_) {
-    std::string line = indent;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string padding(widths[i] - row[i].size(), ' ');
-      line += alignments_[i] == Align::Left ? row[i] + padding : padding + row[i];
-      line += "  ";
+  while (std::accumulate(widths.begin(), widths.end(), 2 * (widths.size() - 1)) > most) {
+    std::size_t* widest = nullptr;
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+      const bool is_wider = widest == nullptr || widths[i] > *widest;
+      if (alignments_[i] == Align::Left && is_wider) widest = &widths[i];
     }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
+    if (widest == nullptr || *widest <= kNarrowest) break;
+    --*widest;
+  }
+  return widths;
+}
+
+std::string TextTable::text(const std::string& indent, std::size_t width) const {
+  const std::size_t room = std::max(width, indent.size()) - indent.size();
+  const auto fitting = widths(width == 0 ? std::string::npos : room);
+  std::string text;
+  for (std::vector<std::string> row : rows_) {
+    do {  // a line of the row
+      std::string line = indent;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        const std::string piece = takePiece(row[i], fitting[i]);
+        const std::string padding(fitting[i] - piece.size(), ' ');
+        line += (alignments_[i] == Align::Left ? piece + padding : padding + piece) + "  ";
+      }
+      line.erase(line.find_last_not_of(' ') + 1);
+      text += line + "\n";
+    } while (std::any_of(row.begin(), row.end(), [](const auto& rest) { return !rest.empty(); }));
   }
   return text;
 }
@@ -164,13 +218,16 @@ Progress::Progress(std::string doing, std::string counted)
       counted_(std::move(counted)),
       is_terminal_(isatty(STDERR_FILENO) == 1),
       begin_(std::chrono::steady_clock::now()),
-      next_(begin_) {}
+      next_(begin_) {
+  catchStopSignals();
+}
 
 Progress::~Progress() {
   if (is_terminal_) replaceLine("");
 }
 
 void Progress::update(std::uint64_t done, std::uint64_t total) {
+  if (isStopRequested()) throw std::runtime_error("stopped before its end");
   const auto now = std::chrono::steady_clock::now();
   if (!is_terminal_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(100);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/verbs/terminal_text.hpp"
 #include "replay/clock/worker_thread.hpp"
 #include "replay/store/store.hpp"
 
@@ -54,16 +55,25 @@ std::string dumpJson(const nlohmann::ordered_json& json, int indent = -1);
 double durationSeconds(const replay::Behavior& behavior,
                        const std::vector<replay::TopicSummary>& topics);
 
-/// Columns as wide as their widest cell, the numbers in them to the right.
+/// "812 B", "4.20 MB"
+std::string sizeText(std::uint64_t bytes);
+
+/// Returns true if a word means a file, not a behavior: one that is there, a path, a bag's ending.
+bool looksLikeFile(const std::string& what);
+
+/// Columns as wide as their widest cell, the numbers in them to the right. On a terminal that is
+/// narrower, text goes on in another line of its column.
 class TextTable {
  public:
   enum class Align { Left, Right };
   explicit TextTable(const std::vector<std::pair<std::string, Align>>& columns);
   void add(std::vector<std::string> row);
-  /// Returns the text; every line begins with `indent`.
-  std::string text(const std::string& indent = "") const;
+  /// Returns the text; every line begins with `indent`. `width`: columns of the terminal; 0: any.
+  std::string text(const std::string& indent = "", std::size_t width = terminalWidth()) const;
 
  private:
+  std::vector<std::size_t> widths(std::size_t most) const;
+
   std::vector<Align> alignments_;
   std::vector<std::vector<std::string>> rows_;
 };
@@ -93,7 +103,8 @@ class Waiting {
 };
 
 /// A line on stderr that counts up and says how long it will still take, if stderr is a terminal;
-/// gone afterwards.
+/// gone afterwards. From the first of them on a signal to stop ends the verb by update(), so that
+/// what is half written goes; a second one ends the process.
 class Progress {
  public:
   /// `counted`: of what done and total are so many; empty: of nothing that people count.
@@ -101,6 +112,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();
+  /// Throws std::runtime_error once somebody has asked to stop.
   void update(std::uint64_t done, std::uint64_t total);
 
  private:

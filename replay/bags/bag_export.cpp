@@ -144,6 +144,10 @@ class Exporter {
 
 }  // namespace
 
+RecordingFormat formatOfFile(const std::string& path) {
+  return fs::path(path).extension() == ".mcap" ? RecordingFormat::Mcap : RecordingFormat::Rosbag;
+}
+
 BagExportResult exportBags(const Store& store, const std::vector<Behavior>& behaviors,
                            const MessageRange& range, const std::string& path,
                            const BagExport& options) {

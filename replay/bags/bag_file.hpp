@@ -53,6 +53,17 @@ inline BagImportResult importBag(const std::string& path, Store& store,
   return importBags({path}, store, import);
 }
 
+/// The content of a recording in a file.
+struct BagSummary {
+  std::vector<TopicSummary> topics;  ///< by name
+  std::uint64_t messages = 0;
+  Stamp first, last;                 ///< stamps of the first and the last message
+  std::vector<std::string> remarks;  ///< BagImportResult's
+};
+
+/// Reads a recording from its beginning to its end, as importBags() does. Throws BagError.
+BagSummary summarizeBag(const std::string& path, const BagProgress& progress = {});
+
 enum class BagCompression { None, Bz2, Lz4, Zstd };
 enum class RecordingFormat { Rosbag, Mcap };
 
@@ -84,6 +95,9 @@ struct BagExportResult {
 BagExportResult exportBags(const Store& store, const std::vector<Behavior>& behaviors,
                            const MessageRange& range, const std::string& path,
                            const BagExport& options = {});
+
+/// Returns the format of a file by its name: Mcap for FILE.mcap, else Rosbag.
+RecordingFormat formatOfFile(const std::string& path);
 
 /// Exports a behavior as one bag; returns how many messages.
 inline std::uint64_t exportBag(const Store& store, const Behavior& behavior,

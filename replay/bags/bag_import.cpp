@@ -159,4 +159,31 @@ BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
   return Importer(paths, store, import).run();
 }
 
+BagSummary summarizeBag(const std::string& path, const BagProgress& progress) {
+  BagSummary summary;
+  std::map<std::pair<std::string, std::string>, TopicSummary> topics;
+  const auto files = openRecording(path);
+  std::uint64_t total = 0;
+  for (const auto& file : files) total += file->total();
+  for (const auto& file : files) {
+    while (const auto item = file->next()) {
+      const Channel& channel = file->channel(item->channel);
+      TopicSummary& topic = topics[{channel.topic, channel.type}];
+      if (topic.count == 0)
+        topic = {channel.topic, channel.type, 0, item->received, item->received};
+      if (summary.messages == 0) summary.first = summary.last = item->received;
+      for (Stamp* first : {&topic.first, &summary.first}) *first = std::min(*first, item->received);
+      for (Stamp* last : {&topic.last, &summary.last}) *last = std::max(*last, item->received);
+      ++topic.count;
+      ++summary.messages;
+      if (progress) progress(summary.messages, total);
+    }
+    for (const std::string& remark : file->remarks()) summary.remarks.push_back(remark);
+    const std::string why = file->whyIncomplete();
+    if (!why.empty()) summary.remarks.push_back(file->path() + ": " + why);
+  }
+  for (auto& [name, topic] : topics) summary.topics.push_back(std::move(topic));
+  return summary;
+}
+
 }  // namespace afterglow::replay

@@ -33,7 +33,8 @@ std::set<Modality> parseModalities(const std::string& text) {
   std::set<Modality> chosen;
   for (const std::string& word : splitAt(',', text)) {
     const auto modality = modalityCalled(word);
-    if (!modality) throw std::invalid_argument("'" + word + "' is no modality (body, ar, speech)");
+    if (!modality)
+      throw std::invalid_argument("'" + word + "' is no modality (body, light or ar, speech)");
     chosen.insert(*modality);
   }
   return chosen.empty() ? std::set<Modality>(std::begin(kModalities), std::end(kModalities))

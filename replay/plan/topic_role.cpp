@@ -167,6 +167,7 @@ std::string_view name(Modality modality) {
 }
 
 std::optional<Modality> modalityCalled(std::string_view word) {
+  if (word == "light") return Modality::Ar;
   for (const Modality modality : kModalities) {
     if (name(modality) == word) return modality;
   }

@@ -126,11 +126,52 @@ TEST_F(QueryVerbs, refuseInOneLine) {
 }
 
 TEST_F(QueryVerbs, listTellsAnEmptyStoreFromAFilterThatFindsNone) {
-  EXPECT_EQ(run({"list", "--name", "none"}).output, "no such behaviors in sqlite:" + path_ + "\n");
+  EXPECT_EQ(run({"list", "--name", "none"}).output,
+            "no such behaviors in sqlite:" + path_ + "; none has the name \"none\"\n");
   const std::string empty = folder_.path("empty.db");
   replay::openStore(empty, replay::OpenMode::ReadWrite);
   EXPECT_EQ(runProgram({AFTERGLOW_TEST_COMMAND, "list", "--store", empty}).output,
             "no behaviors yet in sqlite:" + empty + "\n");
+}
+
+TEST_F(QueryVerbs, listNamesWhatIsNearToAWordThatNoBehaviorHas) {
+  EXPECT_EQ(run({"list", "--name", "plce", "--outcome", "sucess", "--topic", "/siad"}).output,
+            "no such behaviors in sqlite:" + path_ +
+                "; none has the name \"plce\"; did you mean place?; none has the outcome "
+                "\"sucess\"; did you mean success?; none has the topic \"/siad\"; did you mean "
+                "/said?\n");
+}
+
+TEST_F(QueryVerbs, infoTellsWhatAFileOrABehaviorHolds) {
+  const std::string bag = folder_.path("place.bag");
+  ASSERT_EQ(run({"export", "place", "--out", bag}).status, 0);
+  const std::string text = runProgram({AFTERGLOW_TEST_COMMAND, "info", bag}).output;
+  EXPECT_EQ(text.rfind(bag + "\n  size        ", 0), 0u) << text;
+  EXPECT_NE(text.find("\n  /said     std_msgs/String "), std::string::npos) << text;
+  EXPECT_EQ(run({"info", "place"}).output, run({"show", "place"}).output);
+  const ProgramResult gone = runProgram({AFTERGLOW_TEST_COMMAND, "info", "gone.bag"});
+  EXPECT_EQ(gone.status, 1);
+  EXPECT_NE(gone.output.find("gone.bag"), std::string::npos) << gone.output;
+}
+
+TEST_F(QueryVerbs, helpOfAVerbIsItsHelp) {
+  EXPECT_EQ(runProgram({AFTERGLOW_TEST_COMMAND, "help", "store", "check"}).output,
+            runProgram({AFTERGLOW_TEST_COMMAND, "store", "check", "--help"}).output);
+}
+
+TEST_F(QueryVerbs, areNamedToWhoMisspellsThem) {
+  const auto said = [](const Words& words) {
+    Words all = {AFTERGLOW_TEST_COMMAND};
+    all.insert(all.end(), words.begin(), words.end());
+    return runProgram(all).output;
+  };
+  EXPECT_EQ(said({"lst"}), "afterglow: there is no verb 'lst'; did you mean list?\n");
+  EXPECT_EQ(said({"store", "chek"}),
+            "afterglow store: there is no subcommand 'chek'; did you mean check?; see --help\n");
+  EXPECT_EQ(
+      said({"store"}),
+      "afterglow store: a subcommand is missing; there are: check repair compact stats prune; "
+      "see --help\n");
 }
 
 TEST_F(QueryVerbs, areNamedToWhoAsksForAnother) {

@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 #include <std_msgs/String.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <regex>
 #include <string>
 #include <vector>
 
+#include "replay/bags/bag_file.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
@@ -120,7 +123,38 @@ TEST_F(RecordVerb, refusesWhatCannotBeRecorded) {
   auto nothing = record({"--name", "talk", "--store", path_});
   EXPECT_EQ(nothing.exitStatus(), 1);
   EXPECT_NE(nothing.log().find("no topics are named"), std::string::npos) << nothing.log();
-  EXPECT_EQ(record({"/chat", "--store", path_}).exitStatus(), 2) << "it has no name";
+}
+
+TEST_F(RecordVerb, writesAFileAndNamesTheBehaviorAfterItAsRosbagRecordDoes) {
+  auto verb = record({"-O", folder_.path("talk.mcap"), "--store", path_, "/chat", "--", "true"});
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_EQ(recorded().name, "talk");
+  EXPECT_NE(verb.log().find("talk.mcap: 1 message, "), std::string::npos) << verb.log();
+  EXPECT_EQ(replay::summarizeBag(folder_.path("talk.mcap")).messages, 1u);
+
+  auto interrupted = record({"-O", folder_.path("again"), "--store", path_, "/chat"});
+  EXPECT_TRUE(says(interrupted, "Ctrl-C ends it")) << interrupted.log();
+  interrupted.interrupt();
+  EXPECT_EQ(interrupted.exitStatus(), 0) << interrupted.log();
+  EXPECT_EQ(replay::summarizeBag(folder_.path("again.bag")).messages, 1u);
+}
+
+TEST_F(RecordVerb, namesFileAndBehaviorByPrefixAndTime) {
+  auto verb = record({"-o", folder_.path("talk"), "--store", path_, "/chat", "--", "true"});
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_EQ(recorded().name, "talk");
+  const std::regex name(R"(.*/talk_\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d\.bag)");
+  const std::filesystem::directory_iterator files(std::filesystem::path(path_).parent_path());
+  EXPECT_EQ(
+      std::count_if(begin(files), end(files),
+                    [&](const auto& file) { return std::regex_match(file.path().string(), name); }),
+      1);
+}
+
+TEST_F(RecordVerb, namesABehaviorByItsTimeWhereNothingElseNamesIt) {
+  auto verb = record({"--store", path_, "/chat", "--", "true"});
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_TRUE(std::regex_match(recorded().name, std::regex(R"([-\d]{19})"))) << recorded().name;
 }
 
 }  // namespace

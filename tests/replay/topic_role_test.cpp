@@ -481,6 +481,10 @@ struct RealBag : testing::Test {
   const std::vector<std::string> shown = names(shownTopics());
 };
 
+TEST(Modalities, callLightAsThePageDoes) {
+  EXPECT_EQ(parseModalities("light,speech"), parseModalities("ar,speech"));
+}
+
 TEST_F(RealBag, ofARequestPlaysBodyLightAndSpeech) {
   std::vector<std::string> all;
   for (const auto& [expected, topics] : realTopics()) {
