@@ -12,7 +12,7 @@ if(AFTERGLOW_WITH_ROS2)
     RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 endif()
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play
-  afterglow_render afterglow_replay_guard ask_node calibrator_node
+  afterglow_render afterglow_replay_guard ask_node calibrator_node example_speak
   fake_fetch_node kitting_demo player_node
   projector_node static_transform_node turret_tf_node)
 install(TARGETS ${programs} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT nodes)
@@ -43,7 +43,8 @@ install(FILES ${other_launch_files} DESTINATION ${share}/nodes/launch COMPONENT 
 set(assets ${PROJECT_SOURCE_DIR}/assets)
 install(FILES ${assets}/afterglow.rviz ${assets}/fetch.urdf ${assets}/projector.yaml
   ${assets}/questions.yaml DESTINATION ${share}/assets COMPONENT nodes)
-install(DIRECTORY ${assets}/demo ${assets}/robots DESTINATION ${share}/assets COMPONENT nodes)
+install(DIRECTORY ${assets}/demo ${assets}/examples ${assets}/robots
+  DESTINATION ${share}/assets COMPONENT nodes USE_SOURCE_PERMISSIONS)
 
 # ------------------------------------------------------------------------------------ .deb packages
 if(NOT CMAKE_SOURCE_DIR STREQUAL PROJECT_SOURCE_DIR)

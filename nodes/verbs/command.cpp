@@ -34,6 +34,7 @@ constexpr Verb kVerbs[] = {
     {"import", "Import bags and MCAP files, one behavior each, or a database of mongodb_log",
      "afterglow_store"},
     {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
+    {"example", "Let the simulated Fetch do something that is recorded", "afterglow_play"},
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"info", "Show what a bag, an MCAP file or a behavior holds, as rosbag info does",

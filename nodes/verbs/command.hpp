@@ -40,6 +40,7 @@ void addAskVerb(CLI::App& app);
 void addCalibrateVerb(CLI::App& app);
 void addDoctorVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
+void addExampleVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
 void addImportVerb(CLI::App& app);
 void addInfoVerb(CLI::App& app);

@@ -4,5 +4,6 @@
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  return runCommand(argc, argv, {addAskVerb, addPlayVerb, addRecordVerb, addWatchVerb});
+  return runCommand(argc, argv,
+                    {addAskVerb, addExampleVerb, addPlayVerb, addRecordVerb, addWatchVerb});
 }
