@@ -12,23 +12,23 @@ constexpr int kPeriodsOfSilence = 5;
 }  // namespace
 
 ConsoleEvents::ConsoleEvents(Sources sources)
-    : sources_(std::move(sources)), thread_([this] { run(); }) {}
+    : sources_(std::move(sources)), total_(sources_.total()) {
+  thread_.begin();
+}
 
 ConsoleEvents::~ConsoleEvents() {
+  thread_.stop();
   std::map<std::uint64_t, Page> pages;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_ending_ = true;
     pages.swap(pages_);
   }
-  changed_.notify_all();
-  thread_.join();
   for (const auto& [number, page] : pages) page.stream->close();
 }
 
 HttpResponse ConsoleEvents::open(const std::string& session) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (is_ending_ || pages_.size() >= kMostPages) throw HttpError(503, "too many pages listen");
+  if (pages_.size() >= kMostPages) throw HttpError(503, "too many pages listen");
   const std::uint64_t number = ++pages_ever_;
   auto stream = std::make_shared<EventStream>([this, number] { close(number); });
   pages_[number] = {session, stream};
@@ -61,30 +61,22 @@ void ConsoleEvents::tell(const std::string& text) {
   for (const auto& stream : streams) stream->push(text);
 }
 
-void ConsoleEvents::run() {
-  std::size_t total = sources_.total();
-  int silent = 0;
-  for (;;) {
-    std::string state = "event: state\ndata: " + sources_.state() + "\n\n";
-    const std::size_t total_now = sources_.total();
-    bool is_new = false;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (is_ending_) return;
-      is_new = state != newest_;
-      newest_ = state;
-    }
-    if (is_new) tell(state);
-    if (total_now != total) {
-      tell("event: behaviors\ndata: {\"total\":" + std::to_string(total_now) + "}\n\n");
-    }
-    total = total_now;
-    silent = is_new ? 0 : silent + 1;
-    if (silent % kPeriodsOfSilence == kPeriodsOfSilence - 1) tell(":\n\n");
-    std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait_for(lock, kPeriod, [this] { return is_ending_; });
-    if (is_ending_) return;
+void ConsoleEvents::look() {
+  const std::string state = "event: state\ndata: " + sources_.state() + "\n\n";
+  const std::size_t total = sources_.total();
+  bool is_new = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_new = state != newest_;
+    newest_ = state;
   }
+  if (is_new) tell(state);
+  if (total != total_) {
+    tell("event: behaviors\ndata: {\"total\":" + std::to_string(total) + "}\n\n");
+  }
+  total_ = total;
+  silent_ = is_new ? 0 : silent_ + 1;
+  if (silent_ % kPeriodsOfSilence == kPeriodsOfSilence - 1) tell(":\n\n");
 }
 
 }  // namespace afterglow::nodes

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,9 +10,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "nodes/console/http_message.hpp"
+#include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -42,18 +41,18 @@ class ConsoleEvents {
     std::string session;
     std::shared_ptr<EventStream> stream;
   };
-  void run();
+  void look();
   void tell(const std::string& text);
   void close(std::uint64_t page);
 
   const Sources sources_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
   std::map<std::uint64_t, Page> pages_;
   std::uint64_t pages_ever_ = 0;
   std::string newest_;  ///< the event of the state
-  bool is_ending_ = false;
-  std::thread thread_;
+  std::size_t total_ = 0;  ///< as it was told last
+  int silent_ = 0;         ///< periods without news
+  replay::RepeatingThread thread_{kPeriod, [this] { look(); }};
 };
 
 }  // namespace afterglow::nodes

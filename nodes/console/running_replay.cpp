@@ -18,21 +18,22 @@ constexpr milliseconds kBeginPatience{3000}, kEndPatience{2000};
 }  // namespace
 
 RunningReplay::RunningReplay(PlayerLink& player, Surroundings surroundings)
-    : player_(player), surroundings_(std::move(surroundings)), thread_([this] { run(); }) {}
+    : player_(player), surroundings_(std::move(surroundings)), thread_(kTick, [this] { tick(); }) {
+  thread_.begin();
+}
 
 RunningReplay::~RunningReplay() { close(); }
 
 void RunningReplay::close() {
-  if (!thread_.joinable()) return;
   {
     std::unique_lock<std::mutex> lock(mutex_);
+    if (is_ending_) return;
     ++stops_;  // of what is being asked for just now
     if (current_ && current_->reason.empty()) current_->reason = "the console was ended";
     changed_.wait_for(lock, kEndPatience, [this] { return !current_; });
     is_ending_ = true;
   }
-  changed_.notify_all();
-  thread_.join();
+  thread_.stop();
 }
 
 // ------------------------------------------------------------------------------ what is asked for
@@ -142,16 +143,9 @@ std::optional<RunningReplay::Report> RunningReplay::report() const {
 
 // -------------------------------------------------------------------------------- what is watched
 
-void RunningReplay::run() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!is_ending_) {
-    tick(steady_clock::now());
-    changed_.wait_for(lock, kTick, [this] { return is_ending_; });
-  }
-}
-
-/// With the lock held.
-void RunningReplay::tick(Time now) {
+void RunningReplay::tick() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Time now = steady_clock::now();
   if (!current_) return;
   const PlayerLink::Course course = player_.course(current_->goal);
   if (course.is_ended) {

@@ -9,7 +9,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "nodes/console/player_link.hpp"
 #include "replay/clock/worker_thread.hpp"
@@ -81,8 +80,7 @@ class RunningReplay {
     std::string reason;  ///< it is being stopped
     Time canceled{};     ///< last
   };
-  void run();
-  void tick(Time now);
+  void tick();
   std::string whyStop(Time now) const;
   void send();
   void end(const std::string& words);
@@ -97,7 +95,7 @@ class RunningReplay {
   std::uint64_t reports_ = 0, stops_ = 0;
   bool is_ending_ = false;
   replay::TaskThread stopper_;  ///< of ~stop, which may hang with its player
-  std::thread thread_;
+  replay::RepeatingThread thread_;
 };
 
 }  // namespace afterglow::nodes

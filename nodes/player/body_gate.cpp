@@ -47,6 +47,39 @@ const char* wayText(replay::JointWay::Kind kind) {
                                    : "";
 }
 
+/// A joint that only follows another one need not be told of.
+std::optional<replay::LiveJoint> lookAt(const LiveJoints& joints, const replay::RobotJoints& robot,
+                                        const std::string& joint) {
+  const auto live = joints.find(joint);
+  const replay::MimicJoint* mimic = robot.mimicOf(joint);
+  if (live || !mimic) return live;
+  const auto other = joints.find(mimic->other);
+  if (!other) return std::nullopt;
+  return replay::LiveJoint{mimic->factor * other->position + mimic->offset,
+                           mimic->factor * other->velocity};
+}
+
+/// Sends a goal and waits for its end; a goal that takes too long is canceled. Returns how it
+/// failed; empty: it did not.
+std::string perform(GuardedSink& sink, const replay::Channel& output, const replay::Bytes& goal,
+                    const std::string& id, const std::function<bool()>& is_stopped) {
+  sink.clock().watchThisThread();
+  sink.goals().open(output.topic, id);
+  sink.publish(output, goal);
+  const RobotPatience patience(kLongestApproach);
+  GoalOutcome outcome = GoalOutcome::Open;
+  while (outcome == GoalOutcome::Open && !is_stopped() && !patience.isOver()) {
+    std::this_thread::sleep_for(kGoalLook);
+    sink.clock().beatIfDue();
+    outcome = sink.goals().endOf(id).first;
+  }
+  if (outcome == GoalOutcome::Open) {
+    sink.publish(cancelChannel(output), replay::cancelMessage(id));
+    return "took too long";
+  }
+  return outcome == GoalOutcome::Succeeded ? "" : sink.goals().endOf(id).second;
+}
+
 }  // namespace
 
 void BodyGate::addTo(replay::PlayReport& report) const {
@@ -292,17 +325,6 @@ std::map<std::string, double> BodyGate::joints() const {
   return fresh;
 }
 
-/// A joint that only follows another one need not be told of.
-std::optional<replay::LiveJoint> BodyGate::lookAt(const std::string& joint) const {
-  const auto live = joints_->find(joint);
-  const replay::MimicJoint* mimic = options_.joints.mimicOf(joint);
-  if (live || !mimic) return live;
-  const auto other = joints_->find(mimic->other);
-  if (!other) return std::nullopt;
-  return replay::LiveJoint{mimic->factor * other->position + mimic->offset,
-                           mimic->factor * other->velocity};
-}
-
 /// A gripper is stopped where it is, if the robot's profile says which joints make its gap.
 void BodyGate::watchGripper() {
   if (!joints_ || options_.robot.gripper_joints.empty()) return;
@@ -328,8 +350,10 @@ void BodyGate::watchArm() {
   static_cast<replay::Approach::Rules&>(options) = rulesOf(options_);
   options.approach = &*approach_;
   options.controllers_join = options_.robot.controllers_join;
-  arm_.emplace(approach_->recorded(),
-               [this](const std::string& joint) { return lookAt(joint); }, options);
+  arm_.emplace(
+      approach_->recorded(),
+      [this](const std::string& joint) { return lookAt(*joints_, options_.joints, joint); },
+      options);
 }
 
 std::string BodyGate::gazeFrame() const {
@@ -347,8 +371,8 @@ void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
     if (!first || is_stopped()) continue;
     const std::string id = fresh_id();
     const std::string why_not =
-        perform(topic.output, replay::presentGaze(topic.channel, first->bytes, gaze_frame, id), id,
-                is_stopped);
+        perform(sink_, topic.output,
+                replay::presentGaze(topic.channel, first->bytes, gaze_frame, id), id, is_stopped);
     if (why_not.empty() || is_stopped()) continue;
     notes_.push_back("the head did not hold its gaze before it was moved: a goal on " +
                      topic.output.topic + " " + why_not);
@@ -459,31 +483,10 @@ void BodyGate::moveToStart(const replay::StartPose& then,
     if (!goal || is_stopped()) continue;
     notes_.push_back("the robot was moved to the start by " + goals.output.topic +
                      wayText(goal->kind));
-    const std::string why_not = perform(goals.output, goal->bytes, id, is_stopped);
+    const std::string why_not = perform(sink_, goals.output, goal->bytes, id, is_stopped);
     if (why_not.empty() || is_stopped()) continue;
     refuseFor("it did not get to the start: a goal on " + goals.output.topic + " " + why_not);
   }
-}
-
-/// Sends a goal and waits for its end; a goal that takes too long is canceled. Returns how it failed;
-/// empty: it did not.
-std::string BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
-                              const std::string& id, const std::function<bool()>& is_stopped) {
-  sink_.clock().watchThisThread();
-  goals().open(output.topic, id);
-  sink_.publish(output, goal);
-  const RobotPatience patience(kLongestApproach);
-  GoalOutcome outcome = GoalOutcome::Open;
-  while (outcome == GoalOutcome::Open && !is_stopped() && !patience.isOver()) {
-    std::this_thread::sleep_for(kGoalLook);
-    sink_.clock().beatIfDue();
-    outcome = goals().endOf(id).first;
-  }
-  if (outcome == GoalOutcome::Open) {
-    sink_.publish(cancelChannel(output), replay::cancelMessage(id));
-    return "took too long";
-  }
-  return outcome == GoalOutcome::Succeeded ? "" : goals().endOf(id).second;
 }
 
 void BodyGate::onGoalStatus(const std::string& id, const replay::GoalEnd& end) {

@@ -132,13 +132,10 @@ class BodyGate {
   void waitForGuards(const std::function<bool()>& is_stopped);
   void listenToJoints(const std::function<bool()>& is_stopped);
   std::vector<std::string> movingJoints();
-  std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
   void lookAhead(const std::function<bool()>& is_stopped);
   void watchArm();
   void watchGripper();
   void holdGaze(const std::function<bool()>& is_stopped);
-  std::string perform(const replay::Channel& output, const replay::Bytes& goal,
-                      const std::string& id, const std::function<bool()>& is_stopped);
 
   const replay::Store& store_;
   const replay::PlayPlan& plan_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace afterglow::nodes {
 namespace {
@@ -40,10 +41,9 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
   return end;
 }
 
-replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report, const BodyOptions& options,
-                           const std::map<std::string, double>& joints,
-                           const std::function<bool()>& is_stopped) {
+void addEnd(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
+            const std::map<std::string, double>& joints, const std::function<bool()>& is_stopped,
+            replay::PlayReport& report) try {
   const replay::TrackFrames& frames = options.base.frames;
   std::vector<std::string> remarks;
   replay::MovedParts parts = movedParts(store, plan, options.joints);
@@ -56,7 +56,9 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
   now.joints.insert(joints.begin(), joints.end());
   replay::BodyEnd end = compareEnds(then, now);
   end.remarks.insert(end.remarks.begin(), remarks.begin(), remarks.end());
-  return end;
+  report.body_end = std::move(end);
+} catch (const std::exception& error) {
+  report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
 }
 
 }  // namespace afterglow::nodes

@@ -19,10 +19,9 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,
 /// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
 /// if nobody answers, at most until `is_stopped`; joints that nobody tells of by then are where
-/// they were heard of last, in `joints`. Throws StoreError.
-replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report, const BodyOptions& options,
-                           const std::map<std::string, double>& joints,
-                           const std::function<bool()>& is_stopped);
+/// they were heard of last, in `joints`. Adds the errors to the report, or why they are not known.
+void addEnd(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
+            const std::map<std::string, double>& joints, const std::function<bool()>& is_stopped,
+            replay::PlayReport& report);
 
 }  // namespace afterglow::nodes

@@ -124,7 +124,7 @@ PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::s
   const auto playNext = [this](const Session& session, std::uint64_t count, const auto& caller) {
     const std::lock_guard<std::mutex> lock(mutex_);
     needNoOthersPause(session, caller);
-    session->playNext(count);
+    session->tell([&](replay::Player& playing) { playing.playNext(count); });
   };
   serve<Trigger>("play_next", [playNext](const Session& session, const auto&, const auto& caller) {
     playNext(session, 1, caller);
@@ -141,7 +141,8 @@ PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::s
     return "set";
   });
   serve<Seek>("seek", [](const Session& session, const auto& request, const auto&) {
-    session->seek(request.position);
+    const replay::PlaybackTime to{static_cast<std::int64_t>(request.position * 1e9)};
+    session->tell([&](replay::Player& playing) { playing.seek(to); });
     return "moved";
   });
   servers_.push_back(node_.advertiseService<IsPaused::Request, IsPaused::Response>(

@@ -60,6 +60,18 @@ bool describeRobotNow(ReplayRequest& request) {
   return is_new && body.joints.isDescribed();
 }
 
+/// Returns true if the base's poses, or light that is anchored there, need the map.
+bool isPlacedOnMap(const replay::PlayPlan& plan, const ReplayRequest& request) {
+  const replay::AnchorSettings anchors = MediaPreparation::anchorsIn(plan, request.anchors);
+  const bool is_lit_there = anchors.frame == request.body.base.frames.map;
+  const bool is_driven_there = !request.body.base.is_open_loop;
+  return std::any_of(plan.topics.begin(), plan.topics.end(), [&](const auto& topic) {
+    if (!topic.isPlayed() || topic.count == 0) return false;
+    return (is_lit_there && anchors.of(topic.channel) == replay::Anchor::World) ||
+           (is_driven_there && isVelocity(topic.channel));
+  });
+}
+
 }  // namespace
 
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
@@ -106,33 +118,16 @@ std::vector<replay::MotionPeak> ReplaySession::peaks() const {
   return peaks_;
 }
 
-void ReplaySession::checkMotionAllowed() const {
-  if (const std::string refusal = plan_.refusal(); !refusal.empty()) {
-    throw std::runtime_error(refusal);
-  }
-}
-
 void ReplaySession::checkPlayable() const {
-  checkMotionAllowed();
+  const std::string refusal = plan_.refusal();
+  if (!refusal.empty()) throw std::runtime_error(refusal);
   checkSomethingToPlay(plan_, request_);
 }
 
 // ---------------------------------------------------------------------------------------- playing
 
-/// Returns true if the base's poses, or light that is anchored there, need the map.
-bool ReplaySession::isPlacedOnMap() const {
-  const replay::AnchorSettings anchors = MediaPreparation::anchorsIn(plan_, request_.anchors);
-  const bool is_lit_there = anchors.frame == request_.body.base.frames.map;
-  const bool is_driven_there = !request_.body.base.is_open_loop;
-  return std::any_of(plan_.topics.begin(), plan_.topics.end(), [&](const auto& topic) {
-    if (!topic.isPlayed() || topic.count == 0) return false;
-    return (is_lit_there && anchors.of(topic.channel) == replay::Anchor::World) ||
-           (is_driven_there && isVelocity(topic.channel));
-  });
-}
-
 void ReplaySession::refuseOtherMap() const {
-  if (request_.body.is_any_map_right || !isPlacedOnMap()) return;
+  if (request_.body.is_any_map_right || !isPlacedOnMap(plan_, request_)) return;
   const std::string why = whyOtherMap(plan_.behavior, "/map", [this] { return isStopped(); });
   if (!why.empty()) {
     throw std::runtime_error(why + ": base and light would be anywhere (--any-map, ~any_map)");
@@ -154,7 +149,7 @@ Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& 
     if (request_.place() == replay::ReplayPlace::Elsewhere) {
       rehearsal.unchecked.push_back("whether a robot is live there");
     }
-    const bool needs_map = !request_.body.is_any_map_right && isPlacedOnMap() &&
+    const bool needs_map = !request_.body.is_any_map_right && isPlacedOnMap(plan_, request_) &&
                            !replay::recordedMap(plan_.behavior).empty();
     if (needs_map) rehearsal.unchecked.push_back("whether the map is the recorded one");
   }
@@ -172,8 +167,11 @@ replay::PlayReport ReplaySession::run() {
   refuseLiveRobot(request_, deadlineIn(kMasterPatience));
   refuseLivePublishers(plan_, [this] { return isStopped(); });
   refuseOtherMap();
-  time_ = std::make_unique<ReplayTime>(request_.clock,
-                                       [this](double seconds) { onClockJump(seconds); });
+  time_ = std::make_unique<ReplayTime>(request_.clock, [this](double seconds) {
+    // Messages that are due meanwhile would be sent at once.
+    if (plan_.motionTopics().empty()) return;
+    stop(fmt::format("the clock that is followed jumped by {:.1f} s", seconds));
+  });
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
     giver.emplace(request_.clock_hz, [this, last = plan_.begin]() mutable {
@@ -260,18 +258,11 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   std::map<std::string, double> joints;
   if (gate_) joints = gate_->joints();
   closeGate();
-  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(joints, report);
-  return report;
-}
-
-void ReplaySession::addEnd(const std::map<std::string, double>& joints,
-                           replay::PlayReport& report) const {
-  try {
-    report.body_end =
-        measureEnd(store_, plan_, report, request_.body, joints, [this] { return isStopped(); });
-  } catch (const std::exception& error) {
-    report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
+  if (report.is_complete && !plan_.motionTopics().empty()) {
+    addEnd(
+        store_, plan_, request_.body, joints, [this] { return isStopped(); }, report);
   }
+  return report;
 }
 
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
@@ -280,9 +271,14 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
   BodyOptions options = request_.body;
   // Where nothing waits for the base, it cannot wait either.
   if (!request_.options.is_in_step) options.base.scan.obstacles.patience = 0;
-  auto gate = std::make_unique<BodyGate>(store_, plan_, options, sink, clock,
-                                         [this](const std::string& reason) { stop(reason); },
-                                         [this](bool halts) { halt(halts); });
+  const auto halt = [this](bool halts) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_halted_ = halts;
+    if (player_) player_->halt(halts);
+  };
+  auto gate = std::make_unique<BodyGate>(
+      store_, plan_, options, sink, clock, [this](const std::string& reason) { stop(reason); },
+      halt);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     gate_ = std::move(gate);
@@ -307,12 +303,6 @@ void ReplaySession::closeGate() {
   std::unique_ptr<BodyGate> gate;
   const std::lock_guard<std::mutex> lock(mutex_);
   gate = std::move(gate_);
-}
-
-/// Hears a jump of the clock: messages that are due meanwhile would be sent at once.
-void ReplaySession::onClockJump(double seconds) {
-  if (plan_.motionTopics().empty()) return;
-  stop(fmt::format("the clock that is followed jumped by {:.1f} s", seconds));
 }
 
 /// Waits for the first tick of a clock that is followed, and as long as was asked for.
@@ -367,42 +357,14 @@ void ReplaySession::pause(bool pauses) {
   if (player_) pauses ? player_->pause() : player_->resume();
 }
 
-void ReplaySession::halt(bool halts) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_halted_ = halts;
-  if (player_) player_->halt(halts);
-}
-
 bool ReplaySession::isPaused() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return player_ ? player_->isPauseWanted() : is_paused_;
 }
 
-/// The player; needs the lock held.
-replay::Player& ReplaySession::player() const {
-  if (!player_) throw std::runtime_error("it does not play yet");
-  return *player_;
-}
-
 void ReplaySession::setRate(double rate) {
   checkRate(rate);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  player().setRate(rate);
-}
-
-void ReplaySession::seek(double seconds) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  player().seek({static_cast<std::int64_t>(seconds * 1e9)});
-}
-
-void ReplaySession::playNext(std::uint64_t count) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  player().playNext(count);
-}
-
-bool ReplaySession::togglePauseTopics() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return player().togglePauseTopics();
+  tell([&](replay::Player& player) { player.setRate(rate); });
 }
 
 replay::PlayProgress ReplaySession::progress() const {

@@ -3,10 +3,10 @@
 /// `afterglow play`.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -27,9 +27,7 @@ class ReplaySession {
   /// The fastest that it moves, at rate 1.
   std::vector<replay::MotionPeak> peaks() const;
   /// Throws std::runtime_error, one line, if the replay would move the robot and may not, or in a
-  /// way that nothing stops.
-  void checkMotionAllowed() const;
-  /// The same, and for a replay that publishes nothing.
+  /// way that nothing stops, or publishes nothing.
   void checkPlayable() const;
   /// Finds what run() would be refused for, as far as it can be known: moves, advertises and
   /// publishes nothing. With a master ROS has been started. Throws StoreError.
@@ -49,9 +47,13 @@ class ReplaySession {
   bool isPaused() const;
   // These throw std::runtime_error, one line, for what is not possible, also before it plays.
   void setRate(double rate);
-  void seek(double seconds);
-  void playNext(std::uint64_t count);
-  bool togglePauseTopics();
+  /// Returns what `command` does with the player that plays.
+  template <typename Command>
+  auto tell(const Command& command) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!player_) throw std::runtime_error("it does not play yet");
+    return command(*player_);
+  }
   replay::PlayProgress progress() const;
   /// The robot may be on its way to where the behavior began: before it plays.
   bool goesToStart() const;
@@ -65,22 +67,17 @@ class ReplaySession {
     ~GateKeeper() { session.closeGate(); }
   };
 
-  bool isPlacedOnMap() const;
   void refuseOtherMap() const;
   replay::PlayReport play(RosSink& sink);
   void openGate(RosSink& sink, replay::Clock& clock, const std::function<void()>& on_threads_begun);
   void reportOnceMoved(const std::function<void()>& prepare);
   void closeGate();
-  void halt(bool halts);
-  void addEnd(const std::map<std::string, double>& joints, replay::PlayReport& report) const;
   void waitBeforeStart();
-  void onClockJump(double seconds);
   std::optional<replay::Stamp> position() const;
   std::optional<AnchorBroadcast::Moment> moment() const;
   void passGate(double rate);
   void checkRate(double rate) const;
   RateControl::Replay asSeenByConsumer();
-  replay::Player& player() const;
   bool isStopped() const;
 
   const replay::Store& store_;

@@ -58,6 +58,26 @@ void tellLeftAside(const replay::BaseDriveReport& driven, std::vector<std::strin
   }
 }
 
+/// Returns the base's topic among all that play velocities; nullptr: it is not known.
+const replay::PlannedTopic* chooseTopic(const std::vector<const replay::PlannedTopic*>& all,
+                                        const BaseOptions& options,
+                                        const std::string& played_topics) {
+  const bool is_said = !options.topic.empty();
+  if (!is_said && all.size() == 1) return all.front();
+  const std::string& wanted = is_said ? options.topic : options.usual_topic;
+  for (const replay::PlannedTopic* topic : all) {
+    if (wanted == topic->channel.topic || wanted == topic->output.topic) return topic;
+  }
+  if (!is_said) return nullptr;
+  throw std::runtime_error("no velocities are played on " + options.topic +
+                           ", the base's topic; there are " + played_topics);
+}
+
+std::string cannotFollow(const std::string& why) {
+  return "the base cannot follow its recorded poses: " + why +
+         "; --open-loop (~open_loop) sends its recorded velocities, wherever they lead";
+}
+
 }  // namespace
 
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan) {
@@ -67,91 +87,72 @@ replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPla
           settings.frame(recorded.base), options.tf_topic};
 }
 
-ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan,
-                           const BaseOptions& options, const replay::MotionLimits& limits)
-    : store_(store),
-      plan_(plan),
-      options_(options),
-      limits_(limits),
-      live_frames_(liveFrames(options, plan)) {
-  std::vector<std::string> played;
-  for (const replay::PlannedTopic* topic : velocityTopics(plan)) {
-    played.push_back(topic->channel.topic);
+RecordedDrive::RecordedDrive(const replay::Store& store, const replay::PlayPlan& plan,
+                             const BaseOptions& options) {
+  const std::vector<const replay::PlannedTopic*> all = velocityTopics(plan);
+  for (const replay::PlannedTopic* played : all) {
+    played_topics += (played_topics.empty() ? "" : ", ") + played->channel.topic;
   }
-  played_topics_ = fmt::format("{}", fmt::join(played, ", "));
-  for (const replay::PlannedTopic& topic : plan.topics) {
-    if (!topic.is_for_start) continue;
-    is_for_start_ = true;
-    topic_ = &topic;
-    sample_.resize(sizeof(replay::Velocity));
+  for (const replay::PlannedTopic& planned : plan.topics) {
+    if (!planned.is_for_start) continue;
+    is_for_start = true;
+    topic = &planned;
+    sample.resize(sizeof(replay::Velocity));
     return;
   }
-  topic_ = chooseTopic();
-  readVelocities();
+  topic = chooseTopic(all, options, played_topics);
+  readVelocities(store, plan);
   if (options.is_open_loop) {
-    why_open_loop_ = "that was asked for";
-  } else if (played.empty()) {
-    why_not_ = "a drive that steers is led along no track";
-  } else if (!first_motion_) {
-    why_open_loop_ = "its recorded velocities are zeros";
-  } else if (!topic_) {
-    why_not_ = "velocities are played on " + played_topics_ +
-               ", and it was not said which are the base's (--base-topic, ~base_topic)";
+    why_open_loop = "that was asked for";
+  } else if (all.empty()) {
+    why_not = "a drive that steers is led along no track";
+  } else if (!first_motion) {
+    why_open_loop = "its recorded velocities are zeros";
+  } else if (!topic) {
+    why_not = "velocities are played on " + played_topics +
+              ", and it was not said which are the base's (--base-topic, ~base_topic)";
   } else if (options.has_recorded_time) {
-    why_not_ = "the recording's time is played, which the robot's poses do not keep";
+    why_not = "the recording's time is played, which the robot's poses do not keep";
   } else {
-    readTrack();
+    track = readPoseTrack(store, plan.behavior, options.frames, options.noise, why_not);
+    if (!track) return;
+    why_not = track->isLocalized() || options.is_odometry_enough
+                  ? whyIncomplete(*track, *first_motion, *last_motion)
+                  : "it was recorded without localization (" + options.frames.map + " -> " +
+                        options.frames.odometry +
+                        "); --odometry-only follows its odometry, from where it is";
   }
-}
-
-const replay::PlannedTopic* ReplayedBase::chooseTopic() const {
-  const std::vector<const replay::PlannedTopic*> all = velocityTopics(plan_);
-  const bool is_said = !options_.topic.empty();
-  if (!is_said && all.size() == 1) return all.front();
-  const std::string& wanted = is_said ? options_.topic : options_.usual_topic;
-  for (const replay::PlannedTopic* topic : all) {
-    if (wanted == topic->channel.topic || wanted == topic->output.topic) return topic;
-  }
-  if (!is_said) return nullptr;
-  throw std::runtime_error("no velocities are played on " + options_.topic +
-                           ", the base's topic; there are " + played_topics_);
 }
 
 /// Reads the velocities of all played topics: until the base's topics are known, every one counts.
-void ReplayedBase::readVelocities() {
-  for (const replay::PlannedTopic* topic : velocityTopics(plan_)) {
-    if (topic_ && topic != topic_) continue;
+void RecordedDrive::readVelocities(const replay::Store& store, const replay::PlayPlan& plan) {
+  for (const replay::PlannedTopic* played : velocityTopics(plan)) {
+    if (topic && played != topic) continue;
     const auto messages =
-        store_.messages(plan_.behavior, {{topic->channel.topic}, plan_.begin, plan_.end});
+        store.messages(plan.behavior, {{played->channel.topic}, plan.begin, plan.end});
     while (const auto message = messages->next()) {
-      if (sample_.empty()) sample_ = message->bytes;
+      if (sample.empty()) sample = message->bytes;
       if (replay::isZero(replay::velocityOf(message->bytes))) continue;
-      if (!first_motion_) first_motion_ = message->received;
-      first_motion_ = std::min(*first_motion_, message->received);
-      last_motion_ = std::max(last_motion_.value_or(message->received), message->received);
+      if (!first_motion) first_motion = message->received;
+      first_motion = std::min(*first_motion, message->received);
+      last_motion = std::max(last_motion.value_or(message->received), message->received);
     }
   }
-  if (!topic_ || sample_.empty()) return;
-  replay::Rewriter rewriter([] { return std::string(); }, plan_.rewriting);
-  (void)rewriter.rewrite(topic_->channel, {}, sample_);
+  if (!topic || sample.empty()) return;
+  replay::Rewriter rewriter([] { return std::string(); }, plan.rewriting);
+  (void)rewriter.rewrite(topic->channel, {}, sample);
 }
 
-void ReplayedBase::readTrack() {
-  track_ = readPoseTrack(store_, plan_.behavior, options_.frames, options_.noise, why_not_);
-  if (track_) why_not_ = missingThen();
-}
-
-/// Returns what is missing of the poses of the part that is played.
-std::string ReplayedBase::missingThen() const {
-  if (!track_->isLocalized() && !options_.is_odometry_enough) {
-    return "it was recorded without localization (" + options_.frames.map + " -> " +
-           options_.frames.odometry + "); --odometry-only follows its odometry, from where it is";
-  }
-  return whyIncomplete(*track_, *first_motion_, *last_motion_);
-}
+ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan,
+                           const BaseOptions& options, const replay::MotionLimits& limits)
+    : plan_(plan),
+      options_(options),
+      limits_(limits),
+      live_frames_(liveFrames(options, plan)),
+      recorded_(store, plan, options) {}
 
 std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
-  const bool is_localized = track_->isLocalized();
+  const bool is_localized = recorded_.track->isLocalized();
   const replay::BaseInput live = poses_->wait(is_localized, kPosesPatience, is_stopped);
   if (!live.T_odom_base) {
     return "nobody tells where it is now (tf's " + live_frames_.odometry + " -> " +
@@ -165,17 +166,9 @@ std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
   return "";
 }
 
-std::string ReplayedBase::cannotFollow(const std::string& why) const {
-  return "the base cannot follow its recorded poses: " + why +
-         "; --open-loop (~open_loop) sends its recorded velocities, wherever they lead";
-}
-
 std::string ReplayedBase::recordedRefusal() const {
-  if (!why_open_loop_.empty()) return "";
-  return why_not_.empty() ? whyTooSlow() : cannotFollow(why_not_);
-}
-
-std::string ReplayedBase::whyTooSlow() const {
+  if (!recorded_.why_open_loop.empty()) return "";
+  if (!recorded_.why_not.empty()) return cannotFollow(recorded_.why_not);
   const std::vector<std::string> slowed =
       options_.keeps_rate ? slowedDrives() : std::vector<std::string>();
   return slowed.empty() ? "" : slowed.front() + "; without --keep-rate the rest waits for it";
@@ -183,7 +176,7 @@ std::string ReplayedBase::whyTooSlow() const {
 
 std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
   poses_.emplace(live_frames_);
-  if (is_for_start_ || !why_open_loop_.empty()) return "";
+  if (recorded_.is_for_start || !recorded_.why_open_loop.empty()) return "";
   if (const std::string why = recordedRefusal(); !why.empty()) return why;
   const std::string why = missingNow(is_stopped);
   return why.empty() || is_stopped() ? "" : cannotFollow(why);
@@ -194,7 +187,7 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
   options.noise = options_.noise;
   if (limits_.linear) options.speed = std::min(options.speed, *limits_.linear);
   if (limits_.angular) options.turn_speed = std::min(options.turn_speed, *limits_.angular);
-  const replay::DriveLimits shown = track_ ? shownBy(*track_) : options;
+  const replay::DriveLimits shown = recorded_.track ? shownBy(*recorded_.track) : options;
   options.acceleration = limits_.linear_acceleration.value_or(
       std::min(options.acceleration, shown.acceleration));
   options.turn_acceleration = limits_.angular_acceleration.value_or(
@@ -206,10 +199,10 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
 
 std::vector<std::string> ReplayedBase::slowedDrives() const {
   constexpr double kTold = 0.25;  // s
-  if (!track_ || !why_not_.empty()) return {};
+  if (!recorded_.track || !recorded_.why_not.empty()) return {};
   std::vector<std::string> slowed;
-  const replay::BaseDrive drive(topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end,
-                                trackerOptions(), {});
+  const replay::BaseDrive drive(recorded_.topic->channel.topic, recorded_.sample, *recorded_.track,
+                                plan_.begin, plan_.end, trackerOptions(), {});
   for (const replay::BaseDrive::Timing& timing : drive.timings(options_.rate)) {
     const double wanted = secondsBetween(timing.begin, timing.end) / options_.rate;
     if (timing.seconds - wanted < kTold) continue;
@@ -233,7 +226,8 @@ std::string ReplayedBase::scanRefusal() const {
            " leads the base, whose steering is not known: --no-scan (~no_scan) drives it all the "
            "same";
   }
-  if (!scan.topic.empty() || !first_motion_) return "";  // without the latter it only hears zeros
+  if (!scan.topic.empty() || !recorded_.first_motion)
+    return "";  // without the latter it only hears zeros
   return "nothing sees what stands in the base's way: --scan TOPIC (~scan) or a robot's profile "
          "(--robot), else --no-scan";
 }
@@ -300,14 +294,16 @@ std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
 }
 
 replay::PoseError ReplayedBase::startDoubt(const replay::PoseError& share_then) const {
-  if (!track_) return {};
-  const replay::PoseError share = combined(share_then, share_now_), &one = track_->measured_error;
+  if (!recorded_.track) return {};
+  const replay::PoseError share = combined(share_then, share_now_),
+                          &one = recorded_.track->measured_error;
   return {2 * one.position * share.position, 2 * one.yaw * share.yaw};
 }
 
 std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                                   const std::function<bool()>& is_stopped) {
-  if (!topic_ || sample_.size() < sizeof(replay::Velocity)) return why_open_loop_;
+  if (!recorded_.topic || recorded_.sample.size() < sizeof(replay::Velocity))
+    return recorded_.why_open_loop;
   if (!scan_ && !options_.scan.is_waived) return "nothing sees what stands in its way (--scan)";
   const replay::PoseTrack goal({{stampNow(), pose}}, live_frames_.map, true);
   replay::TrackerOptions options = trackerOptions();
@@ -315,7 +311,8 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
   options.approach = replay::approachOfStart();
   replay::BaseTracker tracker(goal, options);
   const auto send = [&](const replay::PlanarVelocity& velocity) {
-    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, rosStampNow()));
+    sink.publish(recorded_.topic->output,
+                 replay::velocityMessage(recorded_.sample, velocity, rosStampNow()));
   };
   sink.clock().watchThisThread();
   const RobotPatience patience(kLongestDrive);
@@ -343,18 +340,20 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
 // ------------------------------------------------------------------------------------- the drives
 
 void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
-  if (!track_) return;
-  const replay::BaseInput live = poses_->wait(track_->isLocalized(), kPosesPatience, is_stopped);
+  if (!recorded_.track) return;
+  const replay::BaseInput live =
+      poses_->wait(recorded_.track->isLocalized(), kPosesPatience, is_stopped);
   replay::TrackerOptions options = trackerOptions();
   options.with_localization = live.T_map_odom.has_value();
-  auto drive = std::make_unique<replay::BaseDrive>(
-      topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
-      // Not the player's time: poses are dated by stampNow().
-      [this](replay::Stamp) { return look(); });
+  auto drive =
+      std::make_unique<replay::BaseDrive>(recorded_.topic->channel.topic, recorded_.sample,
+                                          *recorded_.track, plan_.begin, plan_.end, options,
+                                          // Not the player's time: poses are dated by stampNow().
+                                          [this](replay::Stamp) { return look(); });
   if (!drive->hasDrives()) {
     notes_.push_back("the base stood still when it was recorded: its velocities are not sent");
   }
-  if (track_->isLocalized() && !live.T_map_odom) {
+  if (recorded_.track->isLocalized() && !live.T_map_odom) {
     notes_.push_back("nobody localizes the robot now (tf's " + live_frames_.map + " -> " +
                      live_frames_.odometry +
                      "): the base is followed on its odometry alone, which drifts");
@@ -364,18 +363,18 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
 
 void ReplayedBase::addTo(replay::PlayReport& report) const {
   std::vector<std::string> notes = notes_;
-  if (!why_open_loop_.empty()) {
-    if (first_motion_) {
+  if (!recorded_.why_open_loop.empty()) {
+    if (recorded_.first_motion) {
       notes.push_back(
           "the base was driven in open loop, by its recorded velocities, and ended wherever they "
           "led: " +
-          why_open_loop_);
+          recorded_.why_open_loop);
     }
     report.base.emplace();
-    report.base->topic = played_topics_;
-    report.base->why_open_loop = why_open_loop_;
-  } else if (track_) {
-    notes.insert(notes.end(), track_->remarks.begin(), track_->remarks.end());
+    report.base->topic = recorded_.played_topics;
+    report.base->why_open_loop = recorded_.why_open_loop;
+  } else if (recorded_.track) {
+    notes.insert(notes.end(), recorded_.track->remarks.begin(), recorded_.track->remarks.end());
     const std::vector<std::string> slowed = slowedDrives();
     notes.insert(notes.end(), slowed.begin(), slowed.end());
   }

@@ -53,6 +53,26 @@ struct BaseOptions {
 /// The frames of today's robot, which may be another one's: as the plan renames them.
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan);
 
+/// What a plan's recording tells of the base's drive.
+struct RecordedDrive {
+  /// Throws as ReplayedBase.
+  RecordedDrive(const replay::Store& store, const replay::PlayPlan& plan,
+                const BaseOptions& options);
+
+  const replay::PlannedTopic* topic = nullptr;  ///< the base's topic; nullptr: unknown
+  std::string played_topics;
+  replay::Bytes sample;  ///< first message of the topic
+  /// Moments of its first and last motion, other than zero.
+  std::optional<replay::Stamp> first_motion, last_motion;
+  std::optional<replay::PoseTrack> track;
+  bool is_for_start = false;  ///< the base is only taken to the start
+  std::string why_open_loop;  ///< empty: it follows its track
+  std::string why_not;        ///< the reason why it cannot, as far as the recording says
+
+ private:
+  void readVelocities(const replay::Store& store, const replay::PlayPlan& plan);
+};
+
 /// The base of one replay that plays velocities, or takes the base to the start alone
 /// (PlannedTopic::is_for_start). Everything given must outlive it; one thread.
 class ReplayedBase {
@@ -85,7 +105,7 @@ class ReplayedBase {
   replay::BaseInput look();
 
   /// The replay drives it, too.
-  bool isPlayed() const { return !is_for_start_; }
+  bool isPlayed() const { return !recorded_.is_for_start; }
   /// liveFrames()
   const replay::TrackFrames& frames() const { return live_frames_; }
   /// Returns why the base must not be driven, a clause with the way to allow it; empty: it may.
@@ -115,33 +135,19 @@ class ReplayedBase {
   void addTo(replay::PlayReport& report) const;
 
  private:
-  const replay::PlannedTopic* chooseTopic() const;
-  void readVelocities();
-  void readTrack();
-  std::string missingThen() const;
-  std::string cannotFollow(const std::string& why) const;
-  std::string whyTooSlow() const;
   std::string missingNow(const std::function<bool()>& is_stopped);
   replay::TrackerOptions trackerOptions() const;
   void tellWait(const std::string& reason);
 
-  const replay::Store& store_;
   const replay::PlayPlan& plan_;
   const BaseOptions options_;
   const replay::MotionLimits limits_;
-  replay::TrackFrames live_frames_;
-  std::optional<BasePoses> poses_;               ///< poses from refusal() on
-  const replay::PlannedTopic* topic_ = nullptr;  ///< the base's topic; nullptr: unknown
-  std::string played_topics_;
-  replay::Bytes sample_;                                     ///< first message of the topic
-  std::optional<replay::Stamp> first_motion_, last_motion_;  ///< moments of its first and last
-                                                             ///< motion, other than zero
-  std::optional<replay::PoseTrack> track_;
+  const replay::TrackFrames live_frames_;
+  const RecordedDrive recorded_;
+  std::optional<BasePoses> poses_;        ///< poses from refusal() on
   replay::PoseError share_now_ = {1, 1};  ///< share of measure(), as StartPose::base_share
   std::unique_ptr<replay::BaseDrive> drive_;
-  bool is_on_odometry_alone_ = false, is_for_start_ = false;
-  std::string why_open_loop_;  ///< empty: it follows its track
-  std::string why_not_;        ///< the reason why it cannot, as far as the recording says
+  bool is_on_odometry_alone_ = false;
   std::unique_ptr<LiveScan> scan_;  ///< scan; empty: nothing looks
   std::function<void(const std::string&)> on_wait_;
   std::string told_wait_;

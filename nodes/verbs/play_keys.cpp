@@ -31,8 +31,9 @@ std::string leap(ReplaySession& session, double seconds) {
   const auto into = [&](replay::Stamp stamp) {
     return replay::PlaybackTime{stamp.ns - plan.behavior.begin.ns}.seconds();
   };
-  session.seek(std::clamp(session.progress().position.seconds() + seconds, into(plan.begin),
-                          into(plan.end)));
+  const double to =
+      std::clamp(session.progress().position.seconds() + seconds, into(plan.begin), into(plan.end));
+  session.tell([&](replay::Player& player) { player.seek({static_cast<std::int64_t>(to * 1e9)}); });
   return "";
 }
 
@@ -40,7 +41,7 @@ std::string act(const std::string& key, ReplaySession& session) {
   if (key == " ") {
     session.pause(!session.isPaused());
   } else if (key == "s") {
-    session.playNext(1);
+    session.tell([](replay::Player& player) { player.playNext(1); });
   } else if (key == "left" || key == "right") {
     return leap(session, key == "left" ? -kLeapSeconds : kLeapSeconds);
   } else if (key == "up" || key == "+") {
@@ -48,7 +49,9 @@ std::string act(const std::string& key, ReplaySession& session) {
   } else if (key == "down" || key == "-") {
     session.setRate(session.progress().rate / kRateStep);
   } else if (key == "t") {
-    return session.togglePauseTopics() ? "pauses at pause topics" : "plays through pause topics";
+    const bool pauses =
+        session.tell([](replay::Player& player) { return player.togglePauseTopics(); });
+    return pauses ? "pauses at pause topics" : "plays through pause topics";
   } else if (key == "q") {
     session.stop("stopped by a key");
   }

@@ -243,7 +243,7 @@ void run(const PlayCommand& command) {
       showPlan(countRewrites(*store, sessions.back()->plan(), request.clock), request, rehearsal,
                command.is_json);
     } else {
-      sessions.back()->checkMotionAllowed();
+      sessions.back()->checkPlayable();
     }
   }
   if (command.is_dry_run) {
@@ -252,7 +252,6 @@ void run(const PlayCommand& command) {
   }
   startRos();
   if (command.is_quiet) printWarningsOnly();
-  for (const auto& session : sessions) session->checkPlayable();
   std::vector<replay::PlayReport> reports;
   const std::string failure = playAll(sessions, command, reports);
   ros::shutdown();

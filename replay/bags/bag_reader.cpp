@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <tuple>
 
@@ -93,12 +92,7 @@ constexpr std::size_t kMostUnpackedBytes = 64 << 20;
 }  // namespace
 
 BagReader::BagReader(const std::string& path, FindDefinition find)
-    : path_(path), find_(std::move(find)) {
-  std::error_code error;
-  file_.open(path, std::ios::binary);
-  if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
-  file_size_ = std::filesystem::file_size(path, error);
-  if (error) fail("cannot open: " + error.message());
+    : FileBytes(path), find_(std::move(find)) {
   readVersion();
   readRecords();
   if (is_closed_) checkPositions();
@@ -106,7 +100,7 @@ BagReader::BagReader(const std::string& path, FindDefinition find)
 }
 
 void BagReader::readRecords() {
-  for (std::uint64_t at = std::strlen(kFirstLine); at < file_size_;) {
+  for (std::uint64_t at = std::strlen(kFirstLine); at < fileSize();) {
     const Record record = readRecord(at);
     visit(record);
     at = record.data_at + record.data_size;
@@ -118,7 +112,7 @@ void BagReader::readRecords() {
 void BagReader::readUnclosed(std::uint64_t begin) {
   std::uint64_t end = begin;
   try {
-    while (end < file_size_) {
+    while (end < fileSize()) {
       const Record record = readRecord(end);
       const auto kind = static_cast<BagRecord>(number<std::uint8_t>(record, "op"));
       if (kind == BagRecord::Chunk) readChunkAlone(record);
@@ -127,7 +121,7 @@ void BagReader::readUnclosed(std::uint64_t begin) {
   } catch (const BagError&) {  // the byte tells
   }
   why_incomplete_ = "was not closed by its recorder: it ends at byte " +
-                    std::to_string(file_size_) + ", and its last whole record at byte " +
+                    std::to_string(fileSize()) + ", and its last whole record at byte " +
                     std::to_string(end);
 }
 
@@ -151,29 +145,11 @@ void BagReader::readChunkAlone(const Record& record) {
   entries_.insert(entries_.end(), entries.begin(), entries.end());
 }
 
-void BagReader::fail(const std::string& text) const { throw BagError(path_ + ": " + text); }
-
 // ------------------------------------------------------------------------------------ the records
-
-Bytes BagReader::read(std::uint64_t at, std::uint64_t size, const char* what) {
-  if (at > file_size_ || size > file_size_ - at) {
-    fail("the bag is cut short: " + std::string(what) + " at byte " + std::to_string(at) +
-         " needs " + std::to_string(size) + " bytes, the file has " + std::to_string(file_size_));
-  }
-  Bytes bytes(size);
-  file_.seekg(static_cast<std::streamoff>(at));
-  file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file_) fail("cannot read at byte " + std::to_string(at));
-  return bytes;
-}
-
-std::uint32_t BagReader::readLength(std::uint64_t at) {
-  return loadNumber<std::uint32_t>(read(at, 4, "a length").data());
-}
 
 void BagReader::readVersion() {
   const std::string magic = "#ROSBAG V";
-  const std::size_t length = std::min<std::uint64_t>(std::strlen(kFirstLine), file_size_);
+  const std::size_t length = std::min<std::uint64_t>(std::strlen(kFirstLine), fileSize());
   const Bytes bytes = read(0, length, "the first line");
   const std::string line(bytes.begin(), bytes.end());
   if (line == kFirstLine) return;
@@ -183,19 +159,22 @@ void BagReader::readVersion() {
 }
 
 BagReader::Record BagReader::readRecord(std::uint64_t at) {
+  const auto lengthAt = [this](std::uint64_t place) {
+    return loadNumber<std::uint32_t>(read(place, 4, "a length").data());
+  };
   Record record;
   record.at = at;
-  const std::uint32_t header_size = readLength(at);
+  const std::uint32_t header_size = lengthAt(at);
   record.header = read(at + 4, header_size, "a record header");
   auto fields = BagFields::parse(record.header.data(), record.header.size());
   if (!fields) fail("the header at byte " + std::to_string(at) + " is damaged");
   record.fields = std::move(*fields);
-  record.data_size = readLength(at + 4 + header_size);
+  record.data_size = lengthAt(at + 4 + header_size);
   record.data_at = at + 4 + header_size + 4;
-  if (record.data_size > file_size_ - record.data_at) {
+  if (record.data_size > fileSize() - record.data_at) {
     fail("the bag is cut short: the record at byte " + std::to_string(at) + " ends at byte " +
          std::to_string(record.data_at + record.data_size) + ", the file has " +
-         std::to_string(file_size_));
+         std::to_string(fileSize()));
   }
   return record;
 }
@@ -313,13 +292,13 @@ void BagReader::visitChunkInfo(const Record& record) {
 
 void BagReader::checkPositions() const {
   if (index_position_ == 0) fail("the bag is cut short before its header");
-  if (index_position_ > file_size_) {
+  if (index_position_ > fileSize()) {
     fail("the bag is cut short: its index should be at byte " + std::to_string(index_position_) +
-         ", the file has " + std::to_string(file_size_));
+         ", the file has " + std::to_string(fileSize()));
   }
   // A file that was cut between two records shows it only here: these records are the last ones.
   if (chunk_infos_.size() != chunks_.size()) fail("the bag is cut short: its index is incomplete");
-  if (index_position_ != file_size_ && kinds_.count(index_position_) == 0) {
+  if (index_position_ != fileSize() && kinds_.count(index_position_) == 0) {
     fail("the index that should be at byte " + std::to_string(index_position_) + " is not there");
   }
   for (const auto& [at, chunk] : chunk_infos_) {
@@ -377,22 +356,13 @@ const BagChunk& BagReader::chunk(std::uint64_t position) {
   return *unpacked_.back().chunk;
 }
 
-/// Refuses another time than the index has: a reader that believed the index would put the message
-/// elsewhere in the order of all.
-void BagReader::requireSameTime(const Entry& entry, const BagChunk::Message& message) const {
-  if (!message.time || message.received() == entry.received) return;
-  fail("the index has another time for the message at byte " + std::to_string(entry.offset) +
-       " of the chunk at byte " + std::to_string(entry.chunk) +
-       " than the message itself; 'rosbag reindex' makes a new index");
-}
-
 std::optional<RecordedFile::Item> BagReader::next() {
   if (next_ == entries_.size()) return std::nullopt;
   const Entry& entry = entries_[next_++];
-  return Item{entry.connection, entry.received, read(entry)};
+  return Item{entry.connection, entry.received, message(entry)};
 }
 
-Bytes BagReader::read(const Entry& entry) {
+Bytes BagReader::message(const Entry& entry) {
   const BagChunk& chunk = this->chunk(entry.chunk);
   const BagChunk::Message* message = chunk.find(entry.offset);
   if (!message || message->connection != entry.connection) {
@@ -400,7 +370,12 @@ Bytes BagReader::read(const Entry& entry) {
          " of the chunk at byte " + std::to_string(entry.chunk) + ", where " +
          (message ? "another connection's is" : "none is"));
   }
-  requireSameTime(entry, *message);
+  // A reader that believed the index would put the message elsewhere in the order of all.
+  if (message->time && message->received() != entry.received) {
+    fail("the index has another time for the message at byte " + std::to_string(entry.offset) +
+         " of the chunk at byte " + std::to_string(entry.chunk) +
+         " than the message itself; 'rosbag reindex' makes a new index");
+  }
   return chunk.data(*message);
 }
 

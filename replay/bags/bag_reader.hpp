@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <optional>
@@ -95,7 +94,7 @@ class BagChunk {
 /// An indexed bag: records that follow each other without a gap to the file's last byte, and
 /// positions that point to records of the right kind. One that was not closed has no index: its
 /// whole chunks tell what is in them. Takes memory for the index and for the chunks that it is in.
-class BagReader : public RecordedFile {
+class BagReader : public RecordedFile, private FileBytes {
  public:
   /// A message as the index lists it.
   struct Entry {
@@ -110,7 +109,7 @@ class BagReader : public RecordedFile {
   /// Definitions that are defective are mended by those that `find` knows.
   explicit BagReader(const std::string& path, FindDefinition find = {});
 
-  const std::string& path() const override { return path_; }
+  const std::string& path() const override { return FileBytes::path(); }
   std::uint64_t total() const override { return entries_.size(); }
   Stamp begin() const override { return entries_.empty() ? Stamp{} : entries_.front().received; }
   std::optional<Item> next() override;
@@ -122,8 +121,8 @@ class BagReader : public RecordedFile {
   const Channel& channel(std::uint32_t connection) const override {
     return connections_.at(connection);
   }
-  /// A message's bytes. Throws BagError if its chunk is damaged.
-  Bytes read(const Entry& entry);
+  /// Returns a message's bytes. Throws BagError if its chunk is damaged.
+  Bytes message(const Entry& entry);
 
  private:
   struct Chunk {
@@ -143,9 +142,6 @@ class BagReader : public RecordedFile {
     std::unique_ptr<BagChunk> chunk;
   };
 
-  [[noreturn]] void fail(const std::string& text) const;
-  Bytes read(std::uint64_t at, std::uint64_t size, const char* what);
-  std::uint32_t readLength(std::uint64_t at);
   void readVersion();
   Record readRecord(std::uint64_t at);
   template <typename T>
@@ -163,12 +159,8 @@ class BagReader : public RecordedFile {
   void checkPositions() const;
   void sortEntries();
   const BagChunk& chunk(std::uint64_t position);
-  void requireSameTime(const Entry& entry, const BagChunk::Message& message) const;
 
-  const std::string path_;
   const FindDefinition find_;
-  std::ifstream file_;
-  std::uint64_t file_size_ = 0;
   std::uint64_t index_position_ = 0;
   bool is_closed_ = true;
   std::string why_incomplete_;

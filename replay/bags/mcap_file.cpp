@@ -24,8 +24,8 @@ Channel ros1Channel(const McapChannel& from, const McapSchema& schema) {
 }  // namespace
 
 void McapFile::addTopic(std::uint16_t id) {
-  const McapChannel& channel = reader_.channel(id);
-  const McapSchema* schema = reader_.schema(channel);
+  const McapChannel& channel = reader_.definitions().channel(id);
+  const McapSchema* schema = reader_.definitions().schema(channel);
   const std::string type = schema ? schema->name : "no type";
   const bool is_ros1 = channel.encoding == "ros1" && schema && schema->encoding == "ros1msg";
   if (is_ros1) {
@@ -47,7 +47,7 @@ std::optional<RecordedFile::Item> McapFile::next() {
   while (const auto message = reader_.next()) {
     if (!intake_.knows(message->channel)) addTopic(message->channel);
     if (message->log_time > std::uint64_t{std::numeric_limits<std::int64_t>::max()}) {
-      reader_.fail("a message of " + reader_.channel(message->channel).topic +
+      reader_.fail("a message of " + reader_.definitions().channel(message->channel).topic +
                    " has the stamp " + std::to_string(message->log_time) +
                    " ns, which is none of this world");
     }

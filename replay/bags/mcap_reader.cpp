@@ -3,8 +3,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstring>
-#include <filesystem>
 #include <utility>
 
 #include "replay/bags/bag_file.hpp"
@@ -36,12 +34,44 @@ Packing packingOf(const std::string& name) {
 
 }  // namespace
 
-McapReader::McapReader(const std::string& path) : path_(path) {
-  file_.open(path, std::ios::binary);
-  if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
-  std::error_code error;
-  file_size_ = std::filesystem::file_size(path, error);
-  if (error) fail("cannot open: " + error.message());
+void McapDefinitions::addSchema(McapFields fields) {
+  bytes_ += fields.left();
+  const auto id = fields.number<std::uint16_t>();
+  McapSchema schema;
+  schema.name = fields.string();
+  schema.encoding = fields.string();
+  schema.text = fields.string();
+  const auto [known, is_new] = schemas_.try_emplace(id, schema);
+  if (!is_new && !(known->second == schema)) {
+    throw BagDamage("gives schema " + std::to_string(id) + " another meaning");
+  }
+  if (bytes_ > kMostDefinitions) throw BagDamage("is one definition too many");
+}
+
+void McapDefinitions::addChannel(McapFields fields) {
+  bytes_ += fields.left();
+  const auto id = fields.number<std::uint16_t>();
+  McapChannel channel;
+  channel.schema = fields.number<std::uint16_t>();
+  channel.topic = fields.string();
+  channel.encoding = fields.string();
+  channel.metadata = fields.strings();
+  if (channel.schema != 0 && schemas_.count(channel.schema) == 0) {
+    throw BagDamage("names schema " + std::to_string(channel.schema) + ", which is not there");
+  }
+  const auto [known, is_new] = channels_.try_emplace(id, channel);
+  if (!is_new && !(known->second == channel)) {
+    throw BagDamage("gives channel " + std::to_string(id) + " another meaning");
+  }
+  if (bytes_ > kMostDefinitions) throw BagDamage("is one definition too many");
+}
+
+const McapSchema* McapDefinitions::schema(const McapChannel& channel) const {
+  const auto found = schemas_.find(channel.schema);
+  return found == schemas_.end() ? nullptr : &found->second;
+}
+
+McapReader::McapReader(const std::string& path) : FileBytes(path) {
   readEnds();
   at_ = kMcapMagic.size();
   const Record header = record(at_);
@@ -49,8 +79,6 @@ McapReader::McapReader(const std::string& path) : path_(path) {
   nextRecord();
   if (begin_ == 0) findBegin();
 }
-
-void McapReader::fail(const std::string& text) const { throw BagError(path_ + ": " + text); }
 
 // ---------------------------------------------------------------------------------------- the ends
 
@@ -63,8 +91,8 @@ bool McapReader::hasMagic(std::uint64_t at) {
 void McapReader::readEnds() {
   if (!hasMagic(0)) fail("no MCAP file of version 0");
   const std::uint64_t shortest = 2 * kMcapMagic.size() + kFooterRecord;
-  if (file_size_ >= shortest && hasMagic(file_size_ - kMcapMagic.size())) {
-    readFooter(file_size_ - kMcapMagic.size() - kFooterRecord);
+  if (fileSize() >= shortest && hasMagic(fileSize() - kMcapMagic.size())) {
+    readFooter(fileSize() - kMcapMagic.size() - kFooterRecord);
   } else {
     findEnd();
   }
@@ -73,14 +101,14 @@ void McapReader::readEnds() {
 /// The records of a file without its last bytes are whole up to somewhere.
 void McapReader::findEnd() {
   data_end_ = kMcapMagic.size();
-  while (data_end_ + kMcapRecordHeader <= file_size_) {
+  while (data_end_ + kMcapRecordHeader <= fileSize()) {
     const Bytes header = read(data_end_, kMcapRecordHeader);
     const auto size = loadNumber<std::uint64_t>(header.data() + 1);
     // A disk that lost its power leaves zeros.
-    if (header[0] == 0 || size > file_size_ - data_end_ - kMcapRecordHeader) break;
+    if (header[0] == 0 || size > fileSize() - data_end_ - kMcapRecordHeader) break;
     data_end_ += kMcapRecordHeader + size;
   }
-  why_incomplete_ = "was not closed, or is cut short: it ends at " + byteAt(file_size_) +
+  why_incomplete_ = "was not closed, or is cut short: it ends at " + byteAt(fileSize()) +
                     ", and its last whole record at " + byteAt(data_end_);
   if (data_end_ == kMcapMagic.size()) fail(why_incomplete_);
 }
@@ -165,25 +193,13 @@ std::uint32_t McapReader::checksum(std::uint64_t at, std::uint64_t size) {
 
 // ------------------------------------------------------------------------------------ the records
 
-Bytes McapReader::read(std::uint64_t at, std::uint64_t size) {
-  if (at > file_size_ || size > file_size_ - at) {
-    fail("is cut short: " + std::to_string(size) + " bytes should be at " + byteAt(at) +
-         ", the file has " + std::to_string(file_size_));
-  }
-  Bytes bytes(size);
-  file_.seekg(static_cast<std::streamoff>(at));
-  file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file_) fail("cannot read at " + byteAt(at));
-  return bytes;
-}
-
 McapReader::Record McapReader::record(std::uint64_t at) {
   const Bytes bytes = read(at, kMcapRecordHeader);
   const Record record{at, static_cast<McapRecord>(bytes[0]),
                       loadNumber<std::uint64_t>(bytes.data() + 1)};
-  if (record.size > file_size_ - at - kMcapRecordHeader) {
+  if (record.size > fileSize() - at - kMcapRecordHeader) {
     fail("is cut short, or damaged: the record at " + byteAt(at) + " says to hold " +
-         std::to_string(record.size) + " bytes, the file has " + std::to_string(file_size_));
+         std::to_string(record.size) + " bytes, the file has " + std::to_string(fileSize()));
   }
   return record;
 }
@@ -231,12 +247,12 @@ bool McapReader::nextRecord() {
       }
       case McapRecord::Schema: {
         const Bytes bytes = content(next);
-        addSchema(McapFields(bytes.data(), bytes.size()));
+        definitions_.addSchema(McapFields(bytes.data(), bytes.size()));
         break;
       }
       case McapRecord::Channel: {
         const Bytes bytes = content(next);
-        addChannel(McapFields(bytes.data(), bytes.size()));
+        definitions_.addChannel(McapFields(bytes.data(), bytes.size()));
         break;
       }
       case McapRecord::Message:
@@ -264,38 +280,6 @@ bool McapReader::nextRecord() {
   }
   at_ = next.end();
   return true;
-}
-
-void McapReader::addSchema(McapFields fields) {
-  definition_bytes_ += fields.left();
-  const auto id = fields.number<std::uint16_t>();
-  McapSchema schema;
-  schema.name = fields.string();
-  schema.encoding = fields.string();
-  schema.text = fields.string();
-  const auto [known, is_new] = schemas_.try_emplace(id, schema);
-  if (!is_new && !(known->second == schema)) {
-    throw BagDamage("gives schema " + std::to_string(id) + " another meaning");
-  }
-  if (definition_bytes_ > kMostDefinitions) throw BagDamage("is one definition too many");
-}
-
-void McapReader::addChannel(McapFields fields) {
-  definition_bytes_ += fields.left();
-  const auto id = fields.number<std::uint16_t>();
-  McapChannel channel;
-  channel.schema = fields.number<std::uint16_t>();
-  channel.topic = fields.string();
-  channel.encoding = fields.string();
-  channel.metadata = fields.strings();
-  if (channel.schema != 0 && schemas_.count(channel.schema) == 0) {
-    throw BagDamage("names schema " + std::to_string(channel.schema) + ", which is not there");
-  }
-  const auto [known, is_new] = channels_.try_emplace(id, channel);
-  if (!is_new && !(known->second == channel)) {
-    throw BagDamage("gives channel " + std::to_string(id) + " another meaning");
-  }
-  if (definition_bytes_ > kMostDefinitions) throw BagDamage("is one definition too many");
 }
 
 void McapReader::openChunk(McapFields fields) {
@@ -331,7 +315,7 @@ McapReader::Message McapReader::message(const std::uint8_t* content, std::size_t
   fields.take(8);  // publish time
   message.size = fields.left();
   message.data = fields.take(message.size);
-  if (channels_.count(message.channel) == 0) {
+  if (!definitions_.has(message.channel)) {
     throw BagDamage("holds a message of channel " + std::to_string(message.channel) +
                     ", which is not there");
   }
@@ -348,8 +332,8 @@ std::optional<McapReader::Message> McapReader::nextInChunk() {
       const std::uint8_t* content = fields.take(size);
       chunk_at_ += kMcapRecordHeader + size;
       const McapFields inside(content, size);
-      if (kind == McapRecord::Schema) addSchema(inside);
-      if (kind == McapRecord::Channel) addChannel(inside);
+      if (kind == McapRecord::Schema) definitions_.addSchema(inside);
+      if (kind == McapRecord::Channel) definitions_.addChannel(inside);
       if (kind == McapRecord::Chunk) throw BagDamage("holds another chunk");
       if (kind == McapRecord::Message) return message(content, size);
     }
@@ -366,7 +350,7 @@ std::optional<McapReader::Message> McapReader::next() {
     return nextMessage();
   } catch (const BagError& damage) {
     // What was being written when its recorder died.
-    why_incomplete_ += "; " + std::string(damage.what()).substr(path_.size() + 2);
+    why_incomplete_ += "; " + std::string(damage.what()).substr(path().size() + 2);
     at_ = data_end_;
     chunk_.clear();
     return std::nullopt;
@@ -382,11 +366,6 @@ std::optional<McapReader::Message> McapReader::nextMessage() {
     if (!nextRecord()) return std::nullopt;
     if (outside_) return outside_;
   }
-}
-
-const McapSchema* McapReader::schema(const McapChannel& channel) const {
-  const auto found = schemas_.find(channel.schema);
-  return found == schemas_.end() ? nullptr : &found->second;
 }
 
 }  // namespace afterglow::replay

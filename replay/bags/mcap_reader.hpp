@@ -3,19 +3,37 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "replay/bags/mcap_records.hpp"
+#include "replay/bags/recorded_file.hpp"
 
 namespace afterglow::replay {
+
+/// The schemas and channels of a file, by their numbers there.
+class McapDefinitions {
+ public:
+  /// Adds what a record says. Throws BagDamage for one that contradicts another, and for too many.
+  void addSchema(McapFields fields);
+  void addChannel(McapFields fields);
+
+  bool has(std::uint16_t channel) const { return channels_.count(channel) != 0; }
+  const McapChannel& channel(std::uint16_t id) const { return channels_.at(id); }
+  /// Null if it has none.
+  const McapSchema* schema(const McapChannel& channel) const;
+
+ private:
+  std::map<std::uint16_t, McapSchema> schemas_;
+  std::map<std::uint16_t, McapChannel> channels_;
+  std::uint64_t bytes_ = 0;
+};
 
 /// The messages of a file in the order they lie in, with memory for one chunk. Its indexes are not
 /// believed, nor needed; checksums are checked where the file has them. Throws BagError naming
 /// the file and the byte.
-class McapReader {
+class McapReader : private FileBytes {
  public:
   struct Message {
     std::uint16_t channel = 0;
@@ -27,17 +45,15 @@ class McapReader {
   /// A file that was cut short or never closed ends behind its last whole record.
   explicit McapReader(const std::string& path);
 
-  const std::string& path() const { return path_; }
+  using FileBytes::fail;
+  using FileBytes::path;
   const std::string& profile() const { return profile_; }
   std::uint64_t total() const { return total_; }  ///< the file's own count; 0: unknown
   std::uint64_t begin() const { return begin_; }  ///< log time, as the file says
   /// Empty at the end of the data.
   std::optional<Message> next();
-  /// Returns the channel of a message.
-  const McapChannel& channel(std::uint16_t id) const { return channels_.at(id); }
-  /// Null if it has none.
-  const McapSchema* schema(const McapChannel& channel) const;
-  [[noreturn]] void fail(const std::string& text) const;
+  /// Returns the definitions that were read so far; those of a message are among them.
+  const McapDefinitions& definitions() const { return definitions_; }
   /// The reason why a file that was not closed ends here; empty: it was closed.
   const std::string& whyIncomplete() const { return why_incomplete_; }
 
@@ -57,7 +73,6 @@ class McapReader {
   void findBegin();
   bool expectDataChecksum(std::uint64_t data_end);
   std::uint32_t checksum(std::uint64_t at, std::uint64_t size);
-  Bytes read(std::uint64_t at, std::uint64_t size);
   Record record(std::uint64_t at);
   Bytes content(const Record& record);
   void pass(const Record& record);
@@ -65,21 +80,14 @@ class McapReader {
   bool nextRecord();
   std::optional<Message> nextInChunk();
   Message message(const std::uint8_t* content, std::size_t size) const;
-  void addSchema(McapFields fields);
-  void addChannel(McapFields fields);
   void openChunk(McapFields fields);
   void endData(McapFields fields) const;
 
-  const std::string path_;
-  std::ifstream file_;
-  std::uint64_t file_size_ = 0;
   std::uint64_t at_ = 0;        ///< position of the next record
   std::uint64_t data_end_ = 0;  ///< begin of the summary or the footer
   std::uint64_t total_ = 0, begin_ = 0;
   std::string profile_, why_incomplete_;
-  std::map<std::uint16_t, McapSchema> schemas_;
-  std::map<std::uint16_t, McapChannel> channels_;
-  std::uint64_t definition_bytes_ = 0;
+  McapDefinitions definitions_;
   bool has_data_checksum_ = false;
   std::uint32_t data_checksum_ = 0;  ///< checksum of the part that was read so far
   Bytes record_;                     ///< a message outside of chunks

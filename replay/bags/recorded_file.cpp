@@ -144,6 +144,27 @@ std::string asMarkup(std::string_view beginning) {
 
 }  // namespace
 
+FileBytes::FileBytes(const std::string& path) : path_(path), file_(path, std::ios::binary) {
+  if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
+  std::error_code error;
+  size_ = fs::file_size(path, error);
+  if (error) fail("cannot open: " + error.message());
+}
+
+void FileBytes::fail(const std::string& text) const { throw BagError(path_ + ": " + text); }
+
+Bytes FileBytes::read(std::uint64_t at, std::uint64_t size, const char* what) {
+  if (at > size_ || size > size_ - at) {
+    fail("is cut short: " + std::string(what) + " at byte " + std::to_string(at) + " needs " +
+         std::to_string(size) + " bytes, the file has " + std::to_string(size_));
+  }
+  Bytes bytes(size);
+  file_.seekg(static_cast<std::streamoff>(at));
+  file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file_) fail("cannot read at byte " + std::to_string(at));
+  return bytes;
+}
+
 std::string otherThanRecording(std::string_view beginning) {
   if (beginning.empty()) return "is empty";
   if (beginning.find_first_not_of('\0') == std::string_view::npos) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,24 @@
 #include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
+
+/// The bytes of a file that may come from anybody. Throws BagError naming the file and the place in
+/// it.
+class FileBytes {
+ public:
+  explicit FileBytes(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  std::uint64_t fileSize() const { return size_; }
+  /// `what`: a noun for what lies there.
+  Bytes read(std::uint64_t at, std::uint64_t size, const char* what = "a record");
+  [[noreturn]] void fail(const std::string& text) const;
+
+ private:
+  const std::string path_;
+  std::ifstream file_;
+  std::uint64_t size_ = 0;
+};
 
 /// Read once, from its beginning to its end, with memory for a part of it. Methods throw BagError
 /// naming the file and the place in it.

@@ -174,7 +174,8 @@ TEST(AllocationFaults, ofABagThatIsReadAreErrors) {
       [&](Nothing&) {
         read = 0;
         BagReader bag(path);
-        for (const BagReader::Entry& entry : bag.entries()) read += bag.read(entry).empty() ? 0 : 1;
+        for (const BagReader::Entry& entry : bag.entries())
+          read += bag.message(entry).empty() ? 0 : 1;
       },
       kUnseen);
   EXPECT_EQ(read, 10u);

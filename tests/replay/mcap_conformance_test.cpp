@@ -248,8 +248,9 @@ TEST(McapConformance, givesEveryMessageOfEveryVariant) {
       const std::string expected = text(std::to_string(count++));
       EXPECT_EQ(message->log_time, static_cast<std::uint64_t>(count));
       EXPECT_EQ(std::string(message->data, message->data + message->size), expected);
-      EXPECT_EQ(reader.channel(message->channel).topic, "/example");
-      EXPECT_EQ(reader.schema(reader.channel(message->channel)) != nullptr,
+      const McapDefinitions& known = reader.definitions();
+      EXPECT_EQ(known.channel(message->channel).topic, "/example");
+      EXPECT_EQ(known.schema(known.channel(message->channel)) != nullptr,
                 variant.contents.holds.count("schema") != 0);
     }
     EXPECT_EQ(count, variant.contents.messages);

@@ -55,18 +55,127 @@ PlanarVelocity turned(const PlanarVelocity& velocity, double yaw) {
           s * velocity.forward + c * velocity.left};
 }
 
+/// Returns the share of its pace that a reference keeps while the base is off by this.
+double paceShare(const PlanarPose& error, const PlanarVelocity& recorded, bool is_holonomic) {
+  const bool is_driven = recorded.speed() > kResting;
+  Lag lag{is_driven ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x), error.y};
+  if (is_holonomic) lag = lagOf(error, recorded);
+  const double slowest = is_holonomic ? 0 : kSlowestAside;
+  return std::min(ramp(lag.along, kLagBegin, kLagEnd),
+                  ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd)) *
+         std::max(slowest, ramp(std::abs(lag.aside), kSideBegin, kSideEnd));
+}
+
+/// Returns the pace after rest, and after whatever had slowed it down: the reference gets faster as
+/// the base can.
+double speedUp(double pace, const PlanarVelocity& recorded, const PlanarVelocity& led,
+               const DriveLimits& limits, double seconds) {
+  const auto limit = [&](double now, double ramp, double speed) {
+    const double most = now + ramp * seconds;
+    if (speed * pace > most) pace = most / speed;
+  };
+  limit(led.speed(), DriveTiming::kPlannedShare * limits.acceleration, recorded.speed());
+  limit(std::abs(led.turn), limits.turn_acceleration, std::abs(recorded.turn));
+  return pace;
+}
+
+PlanarVelocity holonomicLaw(const PlanarPose& error, const PlanarVelocity& wanted) {
+  const PlanarVelocity seen = turned(wanted, error.yaw);
+  PlanarVelocity velocity{seen.forward + kHolonomicGain * error.x,
+                          seen.turn + kHolonomicGain * error.yaw,
+                          seen.left + kHolonomicGain * error.y};
+  // A base that is ahead waits; it does not go the other way.
+  if (seen.speed() < kResting) return velocity;
+  const double x = seen.forward / seen.speed(), y = seen.left / seen.speed();
+  const double along = x * velocity.forward + y * velocity.left;
+  if (along < 0) {
+    velocity.forward -= along * x;
+    velocity.left -= along * y;
+  }
+  return velocity;
+}
+
+PlanarVelocity unicycleLaw(const PlanarPose& error, const PlanarVelocity& wanted,
+                           const TrackerOptions& options) {
+  const double frequency = std::max(
+      kLeastGain,
+      std::sqrt(wanted.turn * wanted.turn + options.stiffness * wanted.forward * wanted.forward));
+  const double gain = 2 * options.damping * frequency;
+  const double sinc = std::abs(error.yaw) < 1e-6 ? 1 : std::sin(error.yaw) / error.yaw;
+  double forward = wanted.forward * std::cos(error.yaw) + gain * error.x;
+  // A base that is ahead waits; it does not drive the other way.
+  if (std::abs(wanted.forward) >= kResting && forward * wanted.forward < 0) forward = 0;
+  return {forward,
+          wanted.turn + options.stiffness * wanted.forward * sinc * error.y + gain * error.yaw};
+}
+
 }  // namespace
+
+BasePlace::BasePlace(const PoseTrack& track, const TrackerOptions& options,
+                     std::optional<BaseLocalizer> known)
+    : T_track_start_(track.startPose()),
+      noise_(options.noise),
+      is_localized_(track.isLocalized() && options.with_localization),
+      localizer_(std::move(known)) {}
+
+std::string BasePlace::whyUnknown(const BaseInput& input) {
+  if (!input.T_odom_base) return "no odometry";
+  odometry_watch_.heard(input.T_odom_base->stamp);
+  if (odometry_watch_.isOverdue(input.now)) {
+    return fmt::format("no odometry for {:.1f} s", odometry_watch_.silence(input.now));
+  }
+  if (!is_localized_) return "";
+  if (!input.T_map_odom) return "no localization";
+  localization_watch_.heard(input.T_map_odom->stamp);
+  if (localization_watch_.isOverdue(input.now)) {
+    return fmt::format("no localization for {:.1f} s", localization_watch_.silence(input.now));
+  }
+  return "";
+}
+
+void BasePlace::take(const BaseInput& input) {
+  odometry_ = input.T_odom_base->pose;
+  if (!localizer_) {
+    const PlanarPose T_track_odom =
+        is_localized_ ? input.T_map_odom->pose : compose(T_track_start_, inverse(odometry_));
+    localizer_.emplace(noise_, T_track_odom, odometry_, input.now);
+  }
+  localizer_->move(odometry_);
+  if (is_localized_) localizer_->correct(input.T_map_odom->pose, input.T_map_odom->stamp);
+}
+
+void BasePlace::beginDrift() {
+  if (!T_map_odom_at_start_) T_map_odom_at_start_ = compose(localizer_->pose(), inverse(odometry_));
+}
+
+void BasePlace::addTo(BaseReport& report, const PoseTrack& track) const {
+  if (!localizer_) return;
+  const PlanarPose base = localizer_->pose();
+  report.end_distance = distance(base, track.endPose());
+  report.end_turn = std::abs(wrapAngle(base.yaw - track.endPose().yaw));
+  if (is_localized_) {
+    report.end_uncertainty = localizer_->positionError();
+    const PoseError error = combined(localizer_->error(track.measured_error), track.end_error);
+    report.end_doubt = {2 * error.position, 2 * error.yaw};
+    report.gone_since_localized = localizer_->goneSinceCorrection();
+  }
+  if (T_map_odom_at_start_) {
+    const PlanarPose by_odometry = compose(*T_map_odom_at_start_, odometry_);
+    report.drift_distance = distance(by_odometry, base);
+    report.drift_turn = std::abs(wrapAngle(by_odometry.yaw - base.yaw));
+  }
+}
 
 BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
                          std::optional<BaseLocalizer> known)
     : track_(std::move(track)),
       options_(options),
-      localizer_(std::move(known)),
+      place_(track_, options, std::move(known)),
       approach_(track_.endPose(), options.approach, headingsFor(track_), options.is_holonomic),
       path_(track_.begin(), track_.end(), options.rate),
       timing_(track_, options, options.rate),
-      command_({options, options.command_delay,
-                1e-9 * static_cast<double>(kMotionSilence.longest)}) {
+      command_(
+          {options, options.command_delay, 1e-9 * static_cast<double>(kMotionSilence.longest)}) {
   if (options.obstacles) obstacles_.emplace(*options.obstacles, track_.frame());
 }
 
@@ -77,21 +186,26 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   if (since > kTimesOut || since < 0) halt(input.now);
   if (state_ == BaseState::Done || state_ == BaseState::Lost) return halt(input.now);
   taken_ += seconds;
-  reason_ = whyWaiting(input);
+  reason_ = place_.whyUnknown(input);
   if (!reason_.empty()) {
     report_.waited += seconds;
     idle(seconds, reason_);
     return halt(input.now);
   }
-  localize(input);
-  const PlanarPose base = command_.predict(localizer_->pose(), input.T_odom_base->stamp,
+  place_.take(input);
+  const PlanarPose base = command_.predict(place_.localizer()->pose(), input.T_odom_base->stamp,
                                            later(input.now, options_.command_delay));
   if (obstacles_) {
-    obstacles_->move(input.T_odom_base->stamp, odometry_);
+    obstacles_->move(input.T_odom_base->stamp, place_.odometry());
     obstacles_->hear(input.scan);
-  }
-  if (state_ == BaseState::Following && !isWayFree(base, input.now, seconds)) {
-    return halt(input.now);
+    const double radius = obstacles_->options().footprint.radius();
+    if (state_ == BaseState::Following &&
+        !mayGoOn(base,
+                 pathAlong(track_, path_.now(), base, radius, obstacles_->lookAhead(),
+                           options_.is_holonomic),
+                 input.now, seconds)) {
+      return halt(input.now);
+    }
   }
   const PlanarVelocity wanted = state_ == BaseState::Following
                                     ? follow(base, seconds)
@@ -122,32 +236,6 @@ bool BaseTracker::isOnTime() const {
   return state_ == BaseState::Following && reason_.empty() && path_.pace() > 0.999 * path_.rate();
 }
 
-std::string BaseTracker::whyWaiting(const BaseInput& input) {
-  if (!input.T_odom_base) return "no odometry";
-  odometry_watch_.heard(input.T_odom_base->stamp);
-  if (odometry_watch_.isOverdue(input.now)) {
-    return fmt::format("no odometry for {:.1f} s", odometry_watch_.silence(input.now));
-  }
-  if (!isLocalized()) return "";
-  if (!input.T_map_odom) return "no localization";
-  localization_watch_.heard(input.T_map_odom->stamp);
-  if (localization_watch_.isOverdue(input.now)) {
-    return fmt::format("no localization for {:.1f} s", localization_watch_.silence(input.now));
-  }
-  return "";
-}
-
-void BaseTracker::localize(const BaseInput& input) {
-  odometry_ = input.T_odom_base->pose;
-  if (!localizer_) {
-    const PlanarPose T_track_odom =
-        isLocalized() ? input.T_map_odom->pose : compose(track_.startPose(), inverse(odometry_));
-    localizer_.emplace(options_.noise, T_track_odom, odometry_, input.now);
-  }
-  localizer_->move(odometry_);
-  if (isLocalized()) localizer_->correct(input.T_map_odom->pose, input.T_map_odom->stamp);
-}
-
 PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   path_.advance(seconds);
   if (path_.isAtEnd()) {
@@ -161,7 +249,7 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   PlanarVelocity recorded = track_.velocityAt(reference);
   if (!options_.is_holonomic) recorded.left = 0;
   if (hasStrayed(error, recorded)) return {};
-  double pace = paceFor(error, recorded, reference);
+  double pace = timing_.paceAt(reference) * paceShare(error, recorded, options_.is_holonomic);
   if (pace < 0.05 * path_.rate()) {
     idle(seconds,
          fmt::format("the base does not follow: {:.2f} m and {:.0f} deg behind",
@@ -173,22 +261,10 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
     const double rim = rimSpeed(recorded, obstacles_->options().footprint.radius());
     if (rim * pace > fastest_) pace = fastest_ / rim;
   }
-  pace = speedUp(pace, recorded, seconds);
+  pace = speedUp(pace, recorded, led_, options_, seconds);
   path_.setPace(pace);
   led_ = {recorded.forward * pace, recorded.turn * pace, recorded.left * pace};
   return withinReach(law(error, led_), error, reference);
-}
-
-/// Returns the pace after rest, and after whatever had slowed it down: the reference gets faster as
-/// the base can.
-double BaseTracker::speedUp(double pace, const PlanarVelocity& recorded, double seconds) const {
-  const auto limit = [&](double now, double ramp, double speed) {
-    const double most = now + ramp * seconds;
-    if (speed * pace > most) pace = most / speed;
-  };
-  limit(led_.speed(), DriveTiming::kPlannedShare * options_.acceleration, recorded.speed());
-  limit(std::abs(led_.turn), options_.turn_acceleration, std::abs(recorded.turn));
-  return pace;
 }
 
 /// A base that catches up must still come to rest where the reference does.
@@ -204,19 +280,11 @@ PlanarVelocity BaseTracker::withinReach(PlanarVelocity wanted, const PlanarPose&
   return {wanted.forward * most / speed, wanted.turn, wanted.left * most / speed};
 }
 
-/// Returns true if the scan sees the way along the track free.
-bool BaseTracker::isWayFree(const PlanarPose& base, Stamp now, double seconds) {
-  if (!obstacles_) return true;
-  const double radius = obstacles_->options().footprint.radius();
-  return mayGoOn(base, pathAlong(track_, path_.now(), base, radius, obstacles_->lookAhead(),
-                            options_.is_holonomic),
-                 now, seconds);
-}
-
+/// Returns true if the scan sees the way free.
 bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now,
                           double seconds) {
   using Kind = ObstacleStop::Verdict::Kind;
-  const PlanarPose T_odom_base = compose(odometry_, between(localizer_->pose(), base));
+  const PlanarPose T_odom_base = compose(place_.odometry(), between(localizer()->pose(), base));
   const double radius = obstacles_->options().footprint.radius();
   const PlanarVelocity& sent = command_.velocity();
   const ObstacleStop::Verdict verdict = obstacles_->judge(
@@ -247,58 +315,14 @@ bool BaseTracker::mayGo(const PlanarPose& way) const {
   return obstacles_->sees({far * way.x / length, far * way.y / length});
 }
 
-double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded,
-                            Stamp reference) const {
-  const bool is_driven = recorded.speed() > kResting;
-  Lag lag{is_driven ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x), error.y};
-  if (options_.is_holonomic) lag = lagOf(error, recorded);
-  double pace = timing_.paceAt(reference);
-  pace *= std::min(ramp(lag.along, kLagBegin, kLagEnd),
-                   ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
-  const double slowest = options_.is_holonomic ? 0 : kSlowestAside;
-  pace *= std::max(slowest, ramp(std::abs(lag.aside), kSideBegin, kSideEnd));
-  return pace;
-}
-
 PlanarVelocity BaseTracker::law(const PlanarPose& error, const PlanarVelocity& wanted) const {
   const bool is_resting = wanted.speed() < kResting && std::abs(wanted.turn) < kResting;
   const double off = options_.is_holonomic ? std::hypot(error.x, error.y) : std::abs(error.x);
-  if (is_resting && off < std::max(kRest, 3 * localizer_->positionError()) &&
-      std::abs(error.yaw) < std::max(kRest, 3 * localizer_->yawError())) {
+  if (is_resting && off < std::max(kRest, 3 * localizer()->positionError()) &&
+      std::abs(error.yaw) < std::max(kRest, 3 * localizer()->yawError())) {
     return {};
   }
-  return options_.is_holonomic ? holonomicLaw(error, wanted) : unicycleLaw(error, wanted);
-}
-
-PlanarVelocity BaseTracker::holonomicLaw(const PlanarPose& error,
-                                         const PlanarVelocity& wanted) const {
-  const PlanarVelocity seen = turned(wanted, error.yaw);
-  PlanarVelocity velocity{seen.forward + kHolonomicGain * error.x,
-                          seen.turn + kHolonomicGain * error.yaw,
-                          seen.left + kHolonomicGain * error.y};
-  // A base that is ahead waits; it does not go the other way.
-  if (seen.speed() < kResting) return velocity;
-  const double x = seen.forward / seen.speed(), y = seen.left / seen.speed();
-  const double along = x * velocity.forward + y * velocity.left;
-  if (along < 0) {
-    velocity.forward -= along * x;
-    velocity.left -= along * y;
-  }
-  return velocity;
-}
-
-PlanarVelocity BaseTracker::unicycleLaw(const PlanarPose& error,
-                                        const PlanarVelocity& wanted) const {
-  const double frequency = std::max(
-      kLeastGain,
-      std::sqrt(wanted.turn * wanted.turn + options_.stiffness * wanted.forward * wanted.forward));
-  const double gain = 2 * options_.damping * frequency;
-  const double sinc = std::abs(error.yaw) < 1e-6 ? 1 : std::sin(error.yaw) / error.yaw;
-  double forward = wanted.forward * std::cos(error.yaw) + gain * error.x;
-  // A base that is ahead waits; it does not drive the other way.
-  if (std::abs(wanted.forward) >= kResting && forward * wanted.forward < 0) forward = 0;
-  return {forward,
-          wanted.turn + options_.stiffness * wanted.forward * sinc * error.y + gain * error.yaw};
+  return options_.is_holonomic ? holonomicLaw(error, wanted) : unicycleLaw(error, wanted, options_);
 }
 
 PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
@@ -309,9 +333,9 @@ PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
   if (isOff(error)) return {};
   approach_.avoidUnseen(
       !mayGo(options_.is_holonomic ? between(base, track_.endPose()) : PlanarPose{-1, 0, 0}));
-  const auto wanted = isLocalized() ? approach_.step(base, localizer_->positionError(),
-                                                     localizer_->yawError(), seconds)
-                                    : approach_.step(base, 0, 0, seconds);
+  const auto wanted = place_.isLocalized() ? approach_.step(base, localizer()->positionError(),
+                                                            localizer()->yawError(), seconds)
+                                           : approach_.step(base, 0, 0, seconds);
   if (wanted) return *wanted;
   state_ = BaseState::Done;
   return {};
@@ -343,7 +367,7 @@ bool BaseTracker::hasStrayed(const PlanarPose& error, const PlanarVelocity& reco
     return false;
   }
   const double off = options_.is_holonomic ? std::hypot(error.x, error.y) : std::abs(error.x);
-  const double borne = std::max(FinalApproach::kUnseenWay, 3 * localizer_->positionError());
+  const double borne = std::max(FinalApproach::kUnseenWay, 3 * localizer()->positionError());
   if (off <= borne || mayGo(error)) return false;
   state_ = BaseState::Lost;
   reason_ = fmt::format("the base is {:.2f} m off its track, on a way back that nobody sees", off);
@@ -363,9 +387,7 @@ PlanarVelocity BaseTracker::send(const PlanarVelocity& wanted, Stamp now, double
     const double rim = rimSpeed(command_.velocity(), obstacles_->options().footprint.radius());
     if (rim > fastest_) command_.slow(fastest_ / rim);
   }
-  if (command_.isMoving() && !T_map_odom_at_start_) {
-    T_map_odom_at_start_ = compose(localizer_->pose(), inverse(odometry_));
-  }
+  if (command_.isMoving()) place_.beginDrift();
   return command_.send(now);
 }
 
@@ -376,30 +398,17 @@ PlanarVelocity BaseTracker::halt(Stamp now) {
 }
 
 std::optional<PlanarPose> BaseTracker::pose() const {
-  if (!localizer_) return {};
-  return localizer_->pose();
+  if (!localizer()) return {};
+  return localizer()->pose();
 }
 
 BaseReport BaseTracker::report() const {
   BaseReport report = report_;
   report.corrections = approach_.attempts();
   if (obstacles_) report.obstacles = obstacles_->report();
-  if (!localizer_) return report;
-  const PlanarPose base = localizer_->pose();
-  report.end_distance = distance(base, track_.endPose());
-  report.end_turn = std::abs(wrapAngle(base.yaw - track_.endPose().yaw));
-  const PlanarPose off = between(track_.endPose(), base);
-  if (approach_.isLeftAside()) report.left_aside = std::abs(off.y);
-  report.end_uncertainty = isLocalized() ? localizer_->positionError() : 0;
-  if (isLocalized()) {
-    const PoseError error = combined(localizer_->error(track_.measured_error), track_.end_error);
-    report.end_doubt = {2 * error.position, 2 * error.yaw};
-    report.gone_since_localized = localizer_->goneSinceCorrection();
-  }
-  if (T_map_odom_at_start_) {
-    const PlanarPose by_odometry = compose(*T_map_odom_at_start_, odometry_);
-    report.drift_distance = distance(by_odometry, base);
-    report.drift_turn = std::abs(wrapAngle(by_odometry.yaw - base.yaw));
+  place_.addTo(report, track_);
+  if (localizer() && approach_.isLeftAside()) {
+    report.left_aside = std::abs(between(track_.endPose(), localizer()->pose()).y);
   }
   return report;
 }

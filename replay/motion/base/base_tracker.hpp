@@ -81,6 +81,37 @@ struct BaseReport {
   ObstacleReport obstacles;
 };
 
+/// The place of a base by its odometry, and by localization unless the track or the options do
+/// without.
+class BasePlace {
+ public:
+  BasePlace(const PoseTrack& track, const TrackerOptions& options,
+            std::optional<BaseLocalizer> known);
+
+  /// Returns what is missing of the newest poses: a clause; empty if they are all there.
+  std::string whyUnknown(const BaseInput& input);
+  /// Takes the newest poses, which are all there.
+  void take(const BaseInput& input);
+  /// The odometry's drift counts from the first call on.
+  void beginDrift();
+
+  bool isLocalized() const { return is_localized_; }
+  const PlanarPose& odometry() const { return odometry_; }
+  /// Empty before the first poses.
+  const std::optional<BaseLocalizer>& localizer() const { return localizer_; }
+  /// Adds how well the place at the track's end is known, once it is.
+  void addTo(BaseReport& report, const PoseTrack& track) const;
+
+ private:
+  const PlanarPose T_track_start_;
+  const LocalizationNoise noise_;
+  const bool is_localized_;
+  std::optional<BaseLocalizer> localizer_;
+  SilenceMonitor odometry_watch_{kMotionSilence}, localization_watch_{kLocalizationSilence};
+  PlanarPose odometry_;
+  std::optional<PlanarPose> T_map_odom_at_start_;
+};
+
 class BaseTracker {
  public:
   /// `known`: where another tracker has found the base, since when it may have moved. Throws
@@ -113,38 +144,29 @@ class BaseTracker {
   /// The path time keeps up with the rate.
   bool isOnTime() const;
   BaseReport report() const;
-  const std::optional<BaseLocalizer>& localizer() const { return localizer_; }
+  const std::optional<BaseLocalizer>& localizer() const { return place_.localizer(); }
   const PoseTrack& track() const { return track_; }
 
  private:
-  std::string whyWaiting(const BaseInput& input);
-  void localize(const BaseInput& input);
   PlanarVelocity follow(const PlanarPose& base, double seconds);
   PlanarVelocity approach(const PlanarPose& base, double seconds);
-  double paceFor(const PlanarPose& error, const PlanarVelocity& recorded, Stamp reference) const;
-  double speedUp(double pace, const PlanarVelocity& recorded, double seconds) const;
   PlanarVelocity withinReach(PlanarVelocity wanted, const PlanarPose& error,
                              Stamp reference) const;
   PlanarVelocity law(const PlanarPose& error, const PlanarVelocity& wanted) const;
-  PlanarVelocity unicycleLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
-  PlanarVelocity holonomicLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
   bool mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now, double seconds);
-  bool isWayFree(const PlanarPose& base, Stamp now, double seconds);
   bool mayGo(const PlanarPose& way) const;
   bool hasStrayed(const PlanarPose& error, const PlanarVelocity& recorded);
   bool isOff(const PlanarPose& error);
   void idle(double seconds, const std::string& why);
   PlanarVelocity send(const PlanarVelocity& wanted, Stamp now, double seconds);
   PlanarVelocity halt(Stamp now);
-  bool isLocalized() const { return track_.isLocalized() && options_.with_localization; }
 
   PoseTrack track_;
   TrackerOptions options_;
   BaseState state_ = BaseState::Following;
   std::string reason_;
-  std::optional<BaseLocalizer> localizer_;
+  BasePlace place_;
   FinalApproach approach_;
-  SilenceMonitor odometry_watch_{kMotionSilence}, localization_watch_{kLocalizationSilence};
   std::optional<Stamp> last_update_;
   PathTime path_;
   DriveTiming timing_;
@@ -154,8 +176,6 @@ class BaseTracker {
   double idle_ = 0;       ///< s without getting on
   double taken_ = 0;      ///< s
   double deviation_ = 0;  ///< m
-  PlanarPose odometry_;
-  std::optional<PlanarPose> T_map_odom_at_start_;
   std::optional<ObstacleStop> obstacles_;
   double fastest_ = std::numeric_limits<double>::infinity();  ///< m/s of its rim, by obstacles
   bool is_barred_ = false;                                    ///< true while it waits for obstacles
