@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "calib/distortion.hpp"
+#include "calib/lens.hpp"
 #include "calib/number_text.hpp"
 #include "calib/yaml_source.hpp"
 

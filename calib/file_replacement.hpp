@@ -1,11 +1,22 @@
 /// \file
-/// Files replaced as a whole, several of them together: all or none.
+/// Files that somebody names, and files that are replaced as a whole, several of them together: all
+/// or none.
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
 namespace afterglow::calib {
+
+/// Opens a regular file. The stream has failed for anything else: a pipe would be waited for, a
+/// device never ends.
+inline std::ifstream openRegularFile(const std::string& path) {
+  std::error_code error;
+  const bool is_regular = std::filesystem::is_regular_file(path, error);
+  return std::ifstream(is_regular ? path : "", std::ios::binary);
+}
 
 /// First writes the content to temporary files beside their targets, with fsync; once all are on
 /// the disk, renames them in the order they were added. When anything fails, the targets are

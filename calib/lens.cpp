@@ -8,7 +8,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "calib/distortion.hpp"
 #include "calib/lens_formula.hpp"
 
 namespace afterglow::calib {

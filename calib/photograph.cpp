@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "calib/regular_file.hpp"
+#include "calib/file_replacement.hpp"
 
 namespace afterglow::calib {
 namespace {

@@ -6,8 +6,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
-#include "calib/regular_file.hpp"
 
 namespace afterglow::calib {
 

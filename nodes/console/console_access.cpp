@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "calib/regular_file.hpp"
+#include "calib/file_replacement.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/query/nearest.hpp"
 #include "replay/store/store.hpp"

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "calib/distortion.hpp"
+#include "calib/lens.hpp"
 
 namespace afterglow::nodes {
 namespace {

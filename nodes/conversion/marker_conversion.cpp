@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "render/scene/utf8.hpp"
+#include "render/scene/typeface.hpp"
 
 namespace afterglow::nodes {
 namespace {

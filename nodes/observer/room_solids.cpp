@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "render/gl/observer_renderer.hpp"
-#include "render/scene/outline.hpp"
 #include "render/scene/relief.hpp"
 #include "render/scene/triangulate.hpp"
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "nodes/player/ros_clock.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 

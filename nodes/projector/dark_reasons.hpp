@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/projector/layer_status.hpp"
+#include "nodes/projector/topic_monitor.hpp"
 #include "render/compose/light_census.hpp"
 
 namespace afterglow::nodes {

@@ -9,7 +9,7 @@
 #include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 #include "render/surfaces/plane_finder.hpp"
 
 namespace afterglow::nodes {

@@ -24,7 +24,7 @@
 #include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_config.hpp"
-#include "nodes/projector/layer_status.hpp"
+#include "nodes/projector/topic_monitor.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {

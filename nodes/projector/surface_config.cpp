@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "nodes/projector/frame_config.hpp"
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -25,6 +25,13 @@ TopicSources ask(const std::vector<std::string>& topics) {
   return sources;
 }
 
+constexpr std::size_t kMostReasons = 32;
+
+void count(std::map<std::string, std::uint64_t>& reasons, const std::string& reason) {
+  const bool is_full = reasons.size() >= kMostReasons && reasons.count(reason) == 0;
+  ++reasons[is_full ? "other reasons" : reason];
+}
+
 }  // namespace
 
 TopicMonitor::TopicMonitor(std::vector<std::string> topics)
@@ -47,5 +54,8 @@ void TopicMonitor::look() {
   const std::lock_guard<std::mutex> lock(mutex_);
   sources_ = std::move(sources);
 }
+
+void LayerStatus::drop(const std::string& reason) { count(dropped, reason); }
+void LayerStatus::remark(const std::string& reason) { count(remarks, reason); }
 
 }  // namespace afterglow::nodes

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/projector/layer_status.hpp"
+#include "nodes/projector/topic_monitor.hpp"
 
 namespace afterglow::nodes {
 

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "calib/regular_file.hpp"
+#include "calib/file_replacement.hpp"
 #include "nodes/conversion/map_identity.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "calib/file_replacement.hpp"
-#include "calib/regular_file.hpp"
 
 namespace afterglow::nodes {
 namespace {

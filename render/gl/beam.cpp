@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
 #include "render/scene/lens_domain.hpp"

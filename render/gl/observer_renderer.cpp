@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "render/gl/beam.hpp"
-#include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"

@@ -5,7 +5,6 @@
 #include <glm/ext/matrix_clip_space.hpp>
 #include <glm/ext/matrix_transform.hpp>
 
-#include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
 

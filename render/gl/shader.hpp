@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +19,19 @@
 #include "render/gl/gl_handle.hpp"
 
 namespace afterglow::render {
+
+inline glm::dvec2 toGlm(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
+inline glm::dvec3 toGlm(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// M(row, column) is [column][row].
+template <int kSize>
+glm::mat<kSize, kSize, double> toGlm(const Eigen::Matrix<double, kSize, kSize>& M) {
+  glm::mat<kSize, kSize, double> result;
+  for (int column = 0; column < kSize; ++column) {
+    for (int row = 0; row < kSize; ++row) result[column][row] = M(row, column);
+  }
+  return result;
+}
 
 struct EmbeddedShader {
   const char* name;  ///< file name; nullptr ends the list

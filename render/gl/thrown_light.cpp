@@ -6,7 +6,6 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <stdexcept>
 
-#include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
 #include "render/scene/lens_domain.hpp"

@@ -8,9 +8,13 @@
 
 #include "calib/lens.hpp"
 #include "calib/lens_formula.hpp"
-#include "render/paint/corner.hpp"
 
 namespace afterglow::render {
+
+/// A corner on the image; pixel i spans [i, i + 1).
+struct Corner {
+  float x, y;
+};
 
 /// A lens within 1e-3 px of calib::project on images of usual size.
 struct FloatLens {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "render/paint/band_bins.hpp"
-#include "render/paint/corner.hpp"
+#include "render/paint/float_lens.hpp"
 
 namespace afterglow::render {
 

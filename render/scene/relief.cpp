@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 
 namespace afterglow::render {
 namespace {

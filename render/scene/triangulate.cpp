@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "render/scene/outline.hpp"
-
 namespace afterglow::render {
 namespace {
 

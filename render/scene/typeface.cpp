@@ -5,11 +5,13 @@
 #include <ft2build.h>
 #include <hb-ot.h>
 #include <hb.h>
+#include <utf8.h>
 #include FT_FREETYPE_H
 #include FT_OUTLINE_H
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -19,9 +21,7 @@
 #include <vector>
 
 #include "render/scene/closed_body.hpp"
-#include "render/scene/outline.hpp"
 #include "render/scene/triangulate.hpp"
-#include "render/scene/utf8.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -318,6 +318,18 @@ void order(std::vector<Run>& runs) {
 }
 
 }  // namespace
+
+std::u32string decodeUtf8(const std::string& text) {
+  std::u32string out;
+  for (auto at = text.begin(); at != text.end();) {
+    const auto bad = utf8::find_invalid(at, text.end());
+    utf8::utf8to32(at, bad, std::back_inserter(out));
+    if (bad == text.end()) break;
+    out.push_back(kReplacement);
+    at = bad + 1;
+  }
+  return out;
+}
 
 struct Typeface::Impl {
   explicit Impl(const FontFile& file) : fonts(file) {

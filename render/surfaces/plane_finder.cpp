@@ -18,7 +18,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 
 namespace afterglow::render {
 namespace {

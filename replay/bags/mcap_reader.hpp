@@ -9,6 +9,7 @@
 
 #include "replay/bags/mcap_records.hpp"
 #include "replay/bags/recorded_file.hpp"
+#include "replay/bags/topic_intake.hpp"
 
 namespace afterglow::replay {
 
@@ -95,6 +96,28 @@ class McapReader : private FileBytes {
   std::size_t chunk_at_ = 0;         ///< position of the next record in the chunk
   std::uint64_t chunk_position_ = 0;
   std::optional<Message> outside_;  ///< a message outside of chunks, to be given
+};
+
+/// Messages of ROS 1 are taken byte by byte, those of ROS 2 become those of ROS 1; others are left
+/// out.
+class McapFile : public RecordedFile {
+ public:
+  McapFile(const std::string& path, FindDefinition find)
+      : reader_(path), intake_(std::move(find)) {}
+
+  const std::string& path() const override { return reader_.path(); }
+  std::uint64_t total() const override { return reader_.total(); }
+  Stamp begin() const override { return {static_cast<std::int64_t>(reader_.begin())}; }
+  std::optional<Item> next() override;
+  const Channel& channel(std::uint32_t id) const override { return intake_.channel(id); }
+  std::vector<std::string> remarks() const override { return intake_.remarks(); }
+  std::string whyIncomplete() const override { return reader_.whyIncomplete(); }
+
+ private:
+  void addTopic(std::uint16_t id);
+
+  McapReader reader_;
+  TopicIntake intake_;
 };
 
 }  // namespace afterglow::replay

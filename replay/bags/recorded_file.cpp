@@ -9,7 +9,7 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/bag_reader.hpp"
-#include "replay/bags/mcap_file.hpp"
+#include "replay/bags/mcap_reader.hpp"
 #include "replay/bags/ros2_database.hpp"
 #include "replay/messages/text.hpp"
 

@@ -12,12 +12,21 @@
 #include <string>
 #include <vector>
 
+#include "replay/messages/document.hpp"
+#include "replay/messages/message.hpp"
+#include "replay/messages/schema.hpp"
 #include "replay/motion/robot_joints.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
+
+/// The first number of a message that is infinite or none: "points[2].positions[0] is nan"; empty:
+/// there is none.
+std::string oddNumber(const Value& document);
+/// Throws MessageError for bytes that do not fit.
+std::string oddNumber(const Schema& schema, const Bytes& bytes);
 
 struct MotionLimits {
   std::optional<double> linear, angular;  ///< limits of the base: m/s, rad/s

@@ -3,7 +3,13 @@
 /// yaw counter-clockwise.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
@@ -89,6 +95,44 @@ inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity
 /// Returns the direction of a frame's x, seen from above, for an orientation of any length.
 inline double headingOf(double qx, double qy, double qz, double qw) {
   return std::atan2(2 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz);
+}
+
+/// A base that hears nothing stops after so long (0.25 s on a Fetch).
+constexpr std::int64_t kVelocityHoldsNs = 250'000'000;
+
+using Velocity = std::array<double, 6>;  ///< linear x, y, z in m/s, angular x, y, z in rad/s
+
+/// The six numbers at the message's end; NaN if it is too short.
+inline Velocity velocityOf(const Bytes& bytes) {
+  Velocity velocity;
+  velocity.fill(std::nan(""));
+  if (bytes.size() >= sizeof(Velocity)) {
+    std::memcpy(velocity.data(), bytes.data() + bytes.size() - sizeof(Velocity), sizeof(Velocity));
+  }
+  return velocity;
+}
+
+/// The same message with another velocity, and a new stamp if it has a header; a message without a
+/// velocity stays as it is.
+inline Bytes velocityMessage(Bytes bytes, const PlanarVelocity& wanted, Stamp now) {
+  const Velocity velocity{wanted.forward, wanted.left, 0, 0, 0, wanted.turn};
+  if (bytes.size() < sizeof(Velocity)) return bytes;
+  std::memcpy(bytes.data() + bytes.size() - sizeof(Velocity), velocity.data(), sizeof(Velocity));
+  constexpr std::size_t kShortestHeader = 16;  // seq, stamp, the frame's length
+  if (bytes.size() >= kShortestHeader + sizeof(Velocity)) {
+    const std::uint32_t stamp[] = {static_cast<std::uint32_t>(now.ns / 1'000'000'000),
+                                   static_cast<std::uint32_t>(now.ns % 1'000'000'000)};
+    std::memcpy(bytes.data() + 4, stamp, sizeof(stamp));
+  }
+  return bytes;
+}
+
+inline bool isFinite(const Velocity& velocity) {
+  return std::all_of(velocity.begin(), velocity.end(), [](double v) { return std::isfinite(v); });
+}
+
+inline bool isZero(const Velocity& velocity) {
+  return std::all_of(velocity.begin(), velocity.end(), [](double v) { return v == 0; });
 }
 
 }  // namespace afterglow::replay

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "replay/motion/arm/arm_start.hpp"
-#include "replay/play/play_context.hpp"
+#include "replay/play/transport.hpp"
 
 namespace afterglow::replay {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -14,8 +14,8 @@
 #include "replay/motion/milestones.hpp"
 #include "replay/play/arm_lead.hpp"
 #include "replay/play/outbox.hpp"
-#include "replay/play/play_context.hpp"
 #include "replay/play/step_gate.hpp"
+#include "replay/play/transport.hpp"
 
 namespace afterglow::replay {
 

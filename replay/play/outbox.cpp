@@ -9,8 +9,8 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
-#include "replay/motion/odd_number.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/motion_limits.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "replay/play/message_lanes.hpp"
 
 namespace afterglow::replay {

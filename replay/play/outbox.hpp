@@ -17,7 +17,7 @@
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/rewrite.hpp"
 #include "replay/play/arm_lead.hpp"
-#include "replay/play/play_context.hpp"
+#include "replay/play/transport.hpp"
 
 namespace afterglow::replay {
 

@@ -90,7 +90,9 @@ bool Scheduler::playRound() {
     if (wake == Wake::Stopped) return false;
     if (wake == Wake::Moved) continue;
     if (next) {
-      if (pausesBefore(*next->message)) continue;
+      const std::string& topic = channels_.channel(next->message->channel).topic;
+      const bool may_pause = play_.options.pause_topics.count(topic) > 0;
+      if (may_pause && play_.transport.pausesBefore(next->message->sequence)) continue;
       if (!parts_.has_motion) leapAfterStall(next->due());
       playDue();
     } else if (const Wake end = endRound(); end != Wake::Moved) {
@@ -172,11 +174,6 @@ std::optional<Stamp> Scheduler::leapBefore(Stamp recorded) const {
   const double kept = std::max(*skip_empty_s, parts_.has_motion ? kLeastGapOfMotion : 0.0);
   const Stamp leap{played_until_.ns + static_cast<std::int64_t>(kept * 1e9)};
   return leap < recorded ? std::optional(leap) : std::nullopt;
-}
-
-bool Scheduler::pausesBefore(const Message& message) {
-  return play_.options.pause_topics.count(channels_.channel(message.channel).topic) > 0 &&
-         play_.transport.pausesBefore(message.sequence);
 }
 
 // ------------------------------------------------------------------------------------------ waits

@@ -14,9 +14,9 @@
 #include "replay/play/body_in_force.hpp"
 #include "replay/play/message_lanes.hpp"
 #include "replay/play/outbox.hpp"
-#include "replay/play/play_context.hpp"
 #include "replay/play/scene_at.hpp"
 #include "replay/play/step_gate.hpp"
+#include "replay/play/transport.hpp"
 #include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
 
@@ -89,7 +89,6 @@ class Scheduler {
   void leapAfterStall(Stamp recorded);
   void leapTo(Stamp recorded);
   std::optional<Stamp> leapBefore(Stamp recorded) const;
-  bool pausesBefore(const Message& message);
 
   Wake waitUntil(Stamp recorded, std::int64_t early_ns);
   Wake waitFor(double seconds, const std::function<bool()>& is_over);

@@ -8,7 +8,7 @@
 
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
-#include "replay/play/play_context.hpp"
+#include "replay/play/transport.hpp"
 
 namespace afterglow::replay {
 

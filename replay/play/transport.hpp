@@ -12,6 +12,7 @@
 #include "replay/clock/clock.hpp"
 #include "replay/clock/timeline.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/play/ledger.hpp"
 #include "replay/play/play_options.hpp"
 #include "replay/play/play_report.hpp"
 
@@ -102,6 +103,17 @@ class Transport {
   std::map<Modality, ModalityFailures> failures_;
   bool has_pause_topics_ = true;
   std::optional<std::uint64_t> paused_before_;  ///< the sequence of a pause topic's message
+};
+
+/// The things that all parts of the player share; they outlive every part.
+struct PlayContext {
+  const PlayPlan& plan;
+  const PlayOptions& options;
+  Clock& clock;
+  Transport& transport;
+  Ledger& ledger;
+
+  const Timeline& timeline() const { return transport.timeline(); }
 };
 
 }  // namespace afterglow::replay

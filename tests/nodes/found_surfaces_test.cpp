@@ -4,7 +4,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/projector_scene.hpp"
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 #include "tests/support/table_cloud.hpp"
 
 namespace afterglow::nodes::found_surfaces_test {

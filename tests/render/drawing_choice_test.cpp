@@ -1,5 +1,5 @@
 // Which back end draws an image, by what each took for few points and for many.
-#include "render/drawing_choice.hpp"
+#include "render/projector_renderer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "render/gl/glm_eigen.hpp"
+#include "render/gl/shader.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 #include "tests/support/depth_image.hpp"
 #include "tests/support/real_data.hpp"
 

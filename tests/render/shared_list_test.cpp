@@ -1,4 +1,4 @@
-#include "render/scene/shared_list.hpp"
+#include "render/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "render/scene/outline.hpp"
+#include "render/scene/triangulate.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"

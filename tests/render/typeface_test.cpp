@@ -11,9 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "render/scene/outline.hpp"
 #include "render/scene/triangulate.hpp"
-#include "render/scene/utf8.hpp"
 
 namespace afterglow::render::typeface_test {
 namespace {

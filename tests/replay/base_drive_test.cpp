@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "replay/motion/base/base_drive.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::base_drive_test {

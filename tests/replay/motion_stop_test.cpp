@@ -10,7 +10,6 @@
 #include <map>
 
 #include "replay/motion/motion_limits.hpp"
-#include "replay/motion/odd_number.hpp"
 #include "replay/motion/stops/motion_monitor.hpp"
 #include "replay/motion/stops/stop_maker.hpp"
 #include "tests/support/player_world.hpp"

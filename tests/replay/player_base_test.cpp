@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "tests/support/player_world.hpp"
 #include "tests/support/simulated_drive.hpp"
 

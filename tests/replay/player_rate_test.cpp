@@ -3,7 +3,7 @@
 
 #include "replay/messages/field_edit.hpp"
 #include "replay/motion/motion_limits.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "tests/support/player_world.hpp"
 
 namespace afterglow::replay::player_rate_test {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
 namespace {

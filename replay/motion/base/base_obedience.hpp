@@ -9,8 +9,8 @@
 #include <string>
 
 #include "replay/messages/message.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "replay/motion/pose_track.hpp"
-#include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
 

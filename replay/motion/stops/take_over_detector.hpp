@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "replay/messages/message.hpp"
-#include "replay/motion/velocity.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
 
