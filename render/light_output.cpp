@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "calib/color/color.hpp"
-#include "calib/color/color_difference.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "calib/color/color_difference.hpp"
+#include "calib/color/color.hpp"
 #include "calib/photograph.hpp"
 
 namespace afterglow::calib {

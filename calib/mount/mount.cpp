@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/yaml_text.hpp"
+#include "calib/number_text.hpp"
 
 namespace afterglow::calib {
 namespace {

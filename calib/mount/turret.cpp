@@ -7,7 +7,6 @@
 
 #include "calib/number_text.hpp"
 #include "calib/yaml_source.hpp"
-#include "calib/yaml_text.hpp"
 
 namespace afterglow::calib {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "calib/yaml_text.hpp"
+#include "calib/number_text.hpp"
 
 namespace afterglow::calib {
 

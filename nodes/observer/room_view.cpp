@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/projector/color_config.hpp"
+#include "nodes/projector/layer_config.hpp"
 
 namespace afterglow::nodes {
 namespace {

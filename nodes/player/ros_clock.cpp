@@ -46,16 +46,6 @@ bool RobotPatience::isOver() const {
   return passed_ns < 0 || passed_ns >= ns_;
 }
 
-ClockFollower::ClockFollower(replay::FollowedClock& clock,
-                             std::function<void(double seconds)> on_jump) {
-  const auto take = [&clock, on_jump = std::move(on_jump)](const rosgraph_msgs::Clock& message) {
-    const std::int64_t step_ns = clock.tick(toStamp(message.clock));
-    if (step_ns < 0 || step_ns > kLongestTick) on_jump(static_cast<double>(step_ns) * 1e-9);
-  };
-  thread_.hear<rosgraph_msgs::Clock>(kClockTopic, 1, take, ros::TransportHints().tcpNoDelay());
-  thread_.begin();
-}
-
 ReplayTime::ReplayTime(ReplayClock kind, std::function<void(double seconds)> on_jump) {
   const std::string other = clockPublisher();
   if (kind == ReplayClock::Sim && !other.empty()) {
@@ -64,12 +54,17 @@ ReplayTime::ReplayTime(ReplayClock kind, std::function<void(double seconds)> on_
   if (kind == ReplayClock::Live) requireTime(deadlineIn(kMasterPatience));
   const bool is_simulated = kind == ReplayClock::Live && ros::Time::isSimTime();
   if (is_simulated) note_ = "time was the /clock of " + other + ", as /use_sim_time is set";
-  if (kind == ReplayClock::Follow || is_simulated) {
-    followed_ = std::make_unique<replay::FollowedClock>();
-    follower_.emplace(*followed_, std::move(on_jump));
-  } else {
+  if (kind != ReplayClock::Follow && !is_simulated) {
     own_ = std::make_unique<replay::SteadyClock>();
+    return;
   }
+  followed_ = std::make_unique<replay::FollowedClock>();
+  const auto take = [this, on_jump = std::move(on_jump)](const rosgraph_msgs::Clock& message) {
+    const std::int64_t step_ns = followed_->tick(toStamp(message.clock));
+    if (step_ns < 0 || step_ns > kLongestTick) on_jump(static_cast<double>(step_ns) * 1e-9);
+  };
+  thread_.hear<rosgraph_msgs::Clock>(kClockTopic, 1, take, ros::TransportHints().tcpNoDelay());
+  thread_.begin();
 }
 
 replay::Clock& ReplayTime::clock() {

@@ -7,7 +7,6 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "nodes/tools/callback_thread.hpp"
@@ -45,17 +44,6 @@ replay::SteadyTime robotNow();
 /// ros::Time::now(), for the stamps of messages: a wall clock may be set.
 replay::Stamp rosStampNow();
 
-/// Drives a clock by what is heard on /clock, while it lives.
-class ClockFollower {
- public:
-  /// Takes `on_jump`, which is told of a step back, or of more than a second, in seconds; by a
-  /// thread of its own.
-  ClockFollower(replay::FollowedClock& clock, std::function<void(double seconds)> on_jump);
-
- private:
-  CallbackThread thread_;
-};
-
 /// The time that a replay keeps. Live: the robot's, with ROS time left alone: the machine's, or the
 /// simulation's /clock where /use_sim_time is set. Sim: the recording's, given on /clock. Follow:
 /// another node's /clock.
@@ -65,9 +53,9 @@ enum class ReplayClock { Live, Sim, Follow };
 class ReplayTime {
  public:
   /// Takes `on_jump`, which is told when a clock that is followed is set back, or ahead by more
-  /// than a second; any thread. Throws std::runtime_error, one line, if /clock is to be given and
-  /// another node gives it, too, if /use_sim_time is set and nobody does, or it was not set when
-  /// this node began, or if no master answers.
+  /// than a second, by a thread of its own. Throws std::runtime_error, one line, if /clock is to be
+  /// given and another node gives it, too, if /use_sim_time is set and nobody does, or it was not
+  /// set when this node began, or if no master answers.
   ReplayTime(ReplayClock kind, std::function<void(double seconds)> on_jump);
 
   replay::Clock& clock();
@@ -82,8 +70,8 @@ class ReplayTime {
  private:
   std::unique_ptr<replay::FollowedClock> followed_;  ///< if another clock is followed
   std::unique_ptr<replay::Clock> own_;               ///< else
-  std::optional<ClockFollower> follower_;
   std::string note_;
+  CallbackThread thread_;  ///< of what is heard on /clock
 };
 
 }  // namespace afterglow::nodes

@@ -11,11 +11,23 @@
 #include <vector>
 
 #include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
+
+/// The frame's name without the leading slash of old. Throws std::runtime_error "FILE:LINE: what is
+/// wrong" for a name that tf2 does not know.
+inline std::string readFrame(const YamlMap& map, const std::string& key) {
+  const std::string name = frameName(map.text(key));
+  if (!isFrameName(name)) {
+    map.fail(map.at(key),
+             "'" + key + "' of " + map.where() + " is no frame's name: '" + map.text(key) + "'");
+  }
+  return name;
+}
 
 struct SurfaceConfig;
 
@@ -59,5 +71,8 @@ extern const std::vector<std::string> kLayerKeys;
 
 /// `surfaces` are those a layer may lie on. Throws std::runtime_error "FILE:LINE: what is wrong".
 LayerConfig readLayerConfig(const YamlMap& map, const std::vector<SurfaceConfig>& surfaces);
+
+/// "#rrggbb" or [r, g, b] up to 255. Throws std::runtime_error "FILE:LINE: what is wrong".
+render::Color readPlainColor(const YamlMap& map, const std::string& key);
 
 }  // namespace afterglow::nodes

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "calib/color/color.hpp"
-#include "nodes/projector/frame_config.hpp"
+#include "nodes/projector/layer_config.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-#include "nodes/projector/frame_config.hpp"
+#include "nodes/projector/layer_config.hpp"
 #include "nodes/tools/yaml_map.hpp"
 
 namespace afterglow::nodes {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "nodes/projector/frame_config.hpp"
+#include "nodes/projector/layer_config.hpp"
 #include "render/scene/triangulate.hpp"
 
 namespace afterglow::nodes {

@@ -11,7 +11,6 @@
 #include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_files.hpp"
-#include "calib/yaml_text.hpp"
 #include "nodes/tools/yaml_map.hpp"
 
 namespace afterglow::nodes {

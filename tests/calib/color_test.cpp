@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "calib/color/color_difference.hpp"
 #include "calib/color/color_photographs.hpp"
 #include "tests/support/temp_folder.hpp"
 
