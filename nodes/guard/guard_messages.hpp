@@ -125,46 +125,15 @@ AFTERGLOW_GUARD_MESSAGE(GuardAnswer, "9b22b42136becae996e6976b447dbe71",
 
 namespace serialization {
 
-template <>
-struct Serializer<afterglow::nodes::GuardOutput> {
-  template <typename Stream, typename T>
-  static void allInOne(Stream& stream, T message) {
-    afterglow::nodes::nextFields(stream, message.topic, message.type, message.md5sum,
-                                 message.definition, message.stop);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
-template <>
-struct Serializer<afterglow::nodes::GuardOutputs> {
-  template <typename Stream, typename T>
-  static void allInOne(Stream& stream, T message) {
-    afterglow::nodes::nextFields(stream, message.player, message.name, message.machine,
-                                 message.version, message.outputs);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
-template <>
-struct Serializer<afterglow::nodes::GuardBeat> {
-  template <typename Stream, typename T>
-  static void allInOne(Stream& stream, T message) {
-    afterglow::nodes::nextFields(stream, message.player, message.count, message.sent_ns,
-                                 message.patience_ms, message.stop, message.end, message.moving);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
-template <>
-struct Serializer<afterglow::nodes::GuardAnswer> {
-  template <typename Stream, typename T>
-  static void allInOne(Stream& stream, T message) {
-    afterglow::nodes::nextFields(stream, message.player, message.count, message.version,
-                                 message.longest_gap_us, message.patience_ms, message.is_beside,
-                                 message.stopped, message.heard_by);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
+AFTERGLOW_SERIALIZED(afterglow::nodes::GuardOutput, message.topic, message.type, message.md5sum,
+                     message.definition, message.stop)
+AFTERGLOW_SERIALIZED(afterglow::nodes::GuardOutputs, message.player, message.name,
+                     message.machine, message.version, message.outputs)
+AFTERGLOW_SERIALIZED(afterglow::nodes::GuardBeat, message.player, message.count, message.sent_ns,
+                     message.patience_ms, message.stop, message.end, message.moving)
+AFTERGLOW_SERIALIZED(afterglow::nodes::GuardAnswer, message.player, message.count,
+                     message.version, message.longest_gap_us, message.patience_ms,
+                     message.is_beside, message.stopped, message.heard_by)
 
 }  // namespace serialization
 }  // namespace ros

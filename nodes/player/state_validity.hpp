@@ -55,26 +55,11 @@ class StateValidity {
 
 namespace ros::serialization {
 
-template <>
-struct Serializer<afterglow::nodes::StateValidityRequest> {
-  template <typename Stream, typename Request>
-  static void allInOne(Stream& stream, Request request) {
-    afterglow::nodes::nextFields(
-        stream, request.joint_state, request.multi_dof_joint_state,
-        request.attached_collision_objects, request.is_diff, request.group_name,
-        request.constraints_name, request.joint_constraints, request.position_constraints,
-        request.orientation_constraints, request.visibility_constraints);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
-
-template <>
-struct Serializer<afterglow::nodes::StateValidityResponse> {
-  template <typename Stream, typename Response>
-  static void allInOne(Stream& stream, Response response) {
-    stream.next(response.valid);
-  }
-  ROS_DECLARE_ALLINONE_SERIALIZER
-};
+AFTERGLOW_SERIALIZED(afterglow::nodes::StateValidityRequest, message.joint_state,
+                     message.multi_dof_joint_state, message.attached_collision_objects,
+                     message.is_diff, message.group_name, message.constraints_name,
+                     message.joint_constraints, message.position_constraints,
+                     message.orientation_constraints, message.visibility_constraints)
+AFTERGLOW_SERIALIZED(afterglow::nodes::StateValidityResponse, message.valid)
 
 }  // namespace ros::serialization

@@ -3,6 +3,8 @@
 /// robots with old systems, too.
 #pragma once
 
+#include <ros/serialization.h>
+
 namespace afterglow {
 namespace nodes {
 
@@ -15,3 +17,14 @@ void nextFields(Stream& stream, Fields&... fields) {
 
 }  // namespace nodes
 }  // namespace afterglow
+
+/// Serializes a type's fields, of `message`, in this order. For the namespace ros::serialization.
+#define AFTERGLOW_SERIALIZED(Type, ...)                           \
+  template <>                                                     \
+  struct Serializer<Type> {                                       \
+    template <typename Stream, typename Message>                  \
+    static void allInOne(Stream& stream, Message message) {       \
+      afterglow::nodes::nextFields(stream, __VA_ARGS__);          \
+    }                                                             \
+    ROS_DECLARE_ALLINONE_SERIALIZER                               \
+  };

@@ -21,36 +21,7 @@ constexpr double kNearestKnots = 2e-3;  // s; of nearer ones one is left
 /// An end that is reached before joints are on the path is gone to directly, in this time or more.
 constexpr double kShortestSettle = 0.2;
 
-struct State {
-  double position = 0, velocity = 0, acceleration = 0;
-};
-
-/// Through both ends (Hermite); T: the segment's length, t: since its start.
-State interpolate(const State& a, const State& b, double T, double t, int degree) {
-  const double rise = b.position - a.position;
-  if (degree == 1) return {a.position + rise * t / T, rise / T, 0};
-  double c[6] = {a.position, a.velocity, 0, 0, 0, 0};
-  if (degree == 3) {
-    c[2] = (3 * rise - (2 * a.velocity + b.velocity) * T) / (T * T);
-    c[3] = (-2 * rise + (a.velocity + b.velocity) * T) / (T * T * T);
-  } else {
-    // What is left for the three upper powers at the end.
-    const double p = rise - a.velocity * T - a.acceleration * T * T / 2;
-    const double v = (b.velocity - a.velocity) * T - a.acceleration * T * T;
-    const double w = (b.acceleration - a.acceleration) * T * T;
-    c[2] = a.acceleration / 2;
-    c[3] = (10 * p - 4 * v + w / 2) / std::pow(T, 3);
-    c[4] = (-15 * p + 7 * v - w) / std::pow(T, 4);
-    c[5] = (6 * p - 3 * v + w / 2) / std::pow(T, 5);
-  }
-  State at;
-  for (int k = 5; k >= 0; --k) at.position = at.position * t + c[k];
-  for (int k = 5; k >= 1; --k) at.velocity = at.velocity * t + k * c[k];
-  for (int k = 5; k >= 2; --k) at.acceleration = at.acceleration * t + k * (k - 1) * c[k];
-  return at;
-}
-
-State stateOf(const ArmKnot& knot, std::size_t joint) {
+JointMotion stateOf(const ArmKnot& knot, std::size_t joint) {
   const auto of = [joint](const std::vector<double>& numbers) {
     return joint < numbers.size() ? numbers[joint] : 0;
   };
@@ -80,6 +51,32 @@ double leastBetween(double low, double high, const Function& value) {
 }  // namespace
 
 // -------------------------------------------------------------------------------------- the path
+
+JointMotion interpolate(const JointMotion& a, const JointMotion& b, double T, double t,
+                        int degree) {
+  if (T == 0) return b;
+  const double rise = b.position - a.position;
+  if (degree == 1) return {a.position + rise * t / T, rise / T, 0};
+  double c[6] = {a.position, a.velocity, 0, 0, 0, 0};
+  if (degree == 3) {
+    c[2] = (3 * rise - (2 * a.velocity + b.velocity) * T) / (T * T);
+    c[3] = (-2 * rise + (a.velocity + b.velocity) * T) / (T * T * T);
+  } else {
+    // What is left for the three upper powers at the end.
+    const double p = rise - a.velocity * T - a.acceleration * T * T / 2;
+    const double v = (b.velocity - a.velocity) * T - a.acceleration * T * T;
+    const double w = (b.acceleration - a.acceleration) * T * T;
+    c[2] = a.acceleration / 2;
+    c[3] = (10 * p - 4 * v + w / 2) / std::pow(T, 3);
+    c[4] = (-15 * p + 7 * v - w) / std::pow(T, 4);
+    c[5] = (6 * p - 3 * v + w / 2) / std::pow(T, 5);
+  }
+  JointMotion at;
+  for (int k = 5; k >= 0; --k) at.position = at.position * t + c[k];
+  for (int k = 5; k >= 1; --k) at.velocity = at.velocity * t + k * c[k];
+  for (int k = 5; k >= 2; --k) at.acceleration = at.acceleration * t + k * (k - 1) * c[k];
+  return at;
+}
 
 ArmPath::ArmPath(std::vector<ArmKnot> knots, std::vector<bool> is_continuous)
     : knots_(std::move(knots)), is_continuous_(std::move(is_continuous)) {
@@ -116,9 +113,8 @@ ArmKnot ArmPath::at(double seconds) const {
   const ArmKnot& a = *(&b - 1);
   const double length = b.at_s - a.at_s;
   for (std::size_t i = 0; i < joints; ++i) {
-    const State is = length > 0 ? interpolate(stateOf(a, i), stateOf(b, i), length,
-                                              seconds - a.at_s, degree_)
-                                : stateOf(b, i);
+    const JointMotion is =
+        interpolate(stateOf(a, i), stateOf(b, i), length, seconds - a.at_s, degree_);
     found.positions.push_back(is.position);
     found.velocities[i] = is.velocity;
     found.accelerations[i] = is.acceleration;

@@ -17,6 +17,15 @@ struct ArmKnot {
   std::vector<double> positions, velocities, accelerations;  ///< the last two may be empty
 };
 
+/// The motion of a joint at a moment.
+struct JointMotion {
+  double position = 0, velocity = 0, acceleration = 0;
+};
+/// Interpolates on a line, a cubic or a quintic through both ends, by the degree. T: the segment's
+/// length, which may be 0; t: since its start.
+JointMotion interpolate(const JointMotion& a, const JointMotion& b, double T, double t,
+                        int degree);
+
 /// A value.
 class ArmPath {
  public:
