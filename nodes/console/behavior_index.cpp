@@ -50,18 +50,9 @@ std::shared_ptr<BehaviorDetail> detailOf(const replay::Store& store, const Index
 }  // namespace
 
 BehaviorIndex::BehaviorIndex(const replay::Store& store)
-    : store_(store), all_(std::make_shared<const IndexedBehaviors>()) {
-  thread_ = std::thread([this] { run(); });
-}
-
-BehaviorIndex::~BehaviorIndex() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_ended_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
-}
+    : store_(store),
+      all_(std::make_shared<const IndexedBehaviors>()),
+      thread_(kPeriod, [this] { read(); }) {}
 
 std::shared_ptr<const IndexedBehaviors> BehaviorIndex::all() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -80,33 +71,18 @@ std::string BehaviorIndex::problem() const {
   return problem_;
 }
 
-void BehaviorIndex::refresh() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  const std::uint64_t wanted = ++wanted_;
-  changed_.notify_all();
-  changed_.wait(lock, [&] { return done_ >= wanted || is_ended_; });
-}
-
-void BehaviorIndex::run() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!is_ended_) {
-    const std::uint64_t wanted = wanted_;
-    lock.unlock();
-    std::string problem;
-    try {
-      read();
-    } catch (const std::exception& error) {
-      problem = error.what();
-    }
-    lock.lock();
-    problem_ = problem;
-    done_ = wanted;
-    changed_.notify_all();
-    changed_.wait_for(lock, kPeriod, [this] { return is_ended_ || wanted_ > done_; });
-  }
-}
-
 void BehaviorIndex::read() {
+  std::string problem;
+  try {
+    readAll();
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  problem_ = problem;
+}
+
+void BehaviorIndex::readAll() {
   const std::vector<replay::Behavior> behaviors = store_.behaviors({});
   Known left;
   for (const replay::Behavior& behavior : behaviors) {
@@ -126,10 +102,7 @@ void BehaviorIndex::readMessages(const std::vector<replay::Behavior>& behaviors)
   std::size_t read = 0;
   for (const replay::Behavior& behavior : behaviors) {
     if (is_heard_.count(behavior.id) != 0) continue;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (is_ended_) return;
-    }
+    if (!thread_.sleepUntil({})) return;  // the program ends
     auto indexed = std::make_shared<IndexedBehavior>(*known_[behavior.id]);
     addMessages(store_, *indexed);
     indexed->searched = searchedText(*indexed);

@@ -3,17 +3,16 @@
 /// wait for the store.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "nodes/behavior_view/behavior_story.hpp"
+#include "replay/clock/worker_thread.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -25,16 +24,17 @@ struct IndexedBehavior : BehaviorSummary {
 /// Newest first (by begin, then id).
 using IndexedBehaviors = std::vector<std::shared_ptr<const IndexedBehavior>>;
 
-/// Reads the store in a thread of its own: first all of it, the newest behaviors first, then every
-/// second what has changed. A behavior that is not read yet is found by its own fields.
+/// Reads the store, once begun in a thread of its own: first all of it, the newest behaviors first,
+/// then every second what has changed. A behavior that is not read yet is found by its own fields.
 class BehaviorIndex {
  public:
   /// The store has to outlive it. It is not opened a second time: of a file that a process opens
   /// twice, it may lose its locks (fcntl), and then sees no more what others write.
   explicit BehaviorIndex(const replay::Store& store);
-  BehaviorIndex(const BehaviorIndex&) = delete;
-  BehaviorIndex& operator=(const BehaviorIndex&) = delete;
-  ~BehaviorIndex();
+
+  void begin() { thread_.begin(); }
+  /// Reads what has changed: for who has not begun.
+  void read();
 
   /// As of at most a second ago, or longer while the store cannot be read. Any thread.
   std::shared_ptr<const IndexedBehaviors> all() const;
@@ -42,14 +42,11 @@ class BehaviorIndex {
   std::shared_ptr<const IndexedBehavior> find(std::int64_t id) const;
   /// Why the store could not be read the last time, one line; empty: it was.
   std::string problem() const;
-  /// Returns when the store has been read at least once from now on.
-  void refresh();
 
  private:
   using Known = std::map<std::int64_t, std::shared_ptr<const IndexedBehavior>>;
 
-  void run();
-  void read();
+  void readAll();
   void readMessages(const std::vector<replay::Behavior>& behaviors);
   void publish(const std::vector<replay::Behavior>& order);
 
@@ -58,12 +55,9 @@ class BehaviorIndex {
   std::map<std::int64_t, bool> is_heard_;  ///< of the thread: its messages have been read
 
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
   std::shared_ptr<const IndexedBehaviors> all_;
   std::string problem_;
-  std::uint64_t wanted_ = 0, done_ = 0;  ///< reads
-  bool is_ended_ = false;
-  std::thread thread_;
+  replay::RepeatingThread thread_;
 };
 
 /// Reads details and keeps the last ones, as long as their behaviors are what they were. Any

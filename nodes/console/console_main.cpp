@@ -45,6 +45,7 @@ class Console {
         token_(consoleToken(options.address, options.token_file)),
         store_(replay::openStore(options.store, replay::OpenMode::ReadOnly)),
         index_(*store_) {
+    index_.begin();
     ConsoleFacts facts{AFTERGLOW_VERSION, replay::storeUri(options.store), ""};
     if (!options.pictures.config.empty()) {
       pictures_.emplace(*store_, readPictureSettings(options.pictures));

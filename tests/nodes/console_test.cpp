@@ -79,7 +79,7 @@ class Console : public testing::Test {
     failed_ = add(recording, 100, "failure", R"({"part": "gear"})");
     succeeded_ = add(recording, 200, "success", R"({"part": "bolt"})");
     index_ = std::make_unique<BehaviorIndex>(*store_);
-    index_->refresh();
+    index_->read();
   }
 
   std::int64_t add(std::int64_t recording, std::int64_t second, const std::string& outcome,
@@ -155,10 +155,10 @@ TEST_F(Console, findsBehaviorsByAnyWordsCapitalsAndAccentsAside) {
 
 TEST_F(Console, seesBehaviorsThatComeWhileItRuns) {
   add(1, 300, "success", "{}");
-  index_->refresh();
+  index_->read();
   EXPECT_EQ(answer("/api/behaviors")["total"], 3);
   store_->removeBehavior(failed_);
-  index_->refresh();
+  index_->read();
   EXPECT_EQ(answer("/api/behaviors")["total"], 2);
 }
 
