@@ -92,7 +92,7 @@ void BaseDrive::enter(Stamp at) {
   begin_ = at;
   is_return_ = std::exchange(has_entered_, true);
   if (is_return_) {
-    start(at, at, false);
+    start(at, at);
   } else if (!report_.is_localized) {
     rememberStart(at);
   }
@@ -115,11 +115,10 @@ Stamp BaseDrive::nextBegin() const {
   return next_ < drives_.size() ? std::max(begin_, drives_[next_].begin) : kNever;
 }
 
-void BaseDrive::start(Stamp from, Stamp to, bool is_passing) {
+void BaseDrive::start(Stamp from, Stamp to) {
   if (tracker_ && tracker_->localizer()) known_ = tracker_->localizer();
   TrackerOptions options = options_;
-  is_passing_ = is_passing;
-  if (is_passing) {
+  if (isPassing()) {
     options.approach.tolerance = options.approach.turn_tolerance = kPassing;
     options.approach.longest_stand = options.approach.shortest_stand;
     options.approach.most_attempts = 1;
@@ -129,7 +128,7 @@ void BaseDrive::start(Stamp from, Stamp to, bool is_passing) {
 
 BaseDrive::Step BaseDrive::step(Stamp at, bool is_held, double rate, Stamp ros_now) {
   if (!isBusy(at)) return {{}, limit_};
-  if (!tracker_) start(nextBegin(), drives_[next_].end, drives_[next_].is_passing);
+  if (!tracker_) start(nextBegin(), drives_[next_].end);
   Step step = follow(at, is_held, rate, ros_now);
   if (tracker_->state() == BaseState::Lost) failure_ = tracker_->reason();
   if (tracker_->state() == BaseState::Done) failure_ = whyNotThere();
@@ -153,7 +152,7 @@ BaseDrive::Step BaseDrive::follow(Stamp at, bool is_held, double rate, Stamp ros
 }
 
 std::string BaseDrive::whyNotThere() const {
-  if (is_passing_) return "";
+  if (isPassing()) return "";
   const BaseReport base = tracker_->report();
   const bool is_there = base.end_distance <= kEndError + base.end_doubt.position &&
                         base.end_turn <= kEndTurn + base.end_doubt.yaw;

@@ -110,7 +110,8 @@ class BaseDrive {
 
   void rememberStart(Stamp at);
   void findDrives(Stamp begin, Stamp end);
-  void start(Stamp from, Stamp to, bool is_passing);
+  void start(Stamp from, Stamp to);
+  bool isPassing() const { return !is_return_ && drives_[next_].is_passing; }
   Step follow(Stamp at, bool is_held, double rate, Stamp ros_now);
   std::string whyNotThere() const;
   void finish();
@@ -124,7 +125,6 @@ class BaseDrive {
   std::vector<Drive> drives_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
   std::unique_ptr<BaseTracker> tracker_;  ///< tracker of the drive under way
-  bool is_passing_ = false;             ///< Drive::is_passing of it
   bool is_return_ = false;              ///< true: that drive only brings the base back to where it
                                         ///< was
   bool has_entered_ = false;            ///< once

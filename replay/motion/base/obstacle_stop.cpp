@@ -181,8 +181,8 @@ ObstacleStop::Verdict ObstacleStop::judge(const Moment& moment, const SweptPath&
     return verdict;
   }
   verdict.speed = 0;
-  verdict.waited = waited_;
-  if (waited_ <= options_.patience) return verdict;
+  verdict.waited = wait_.seconds;
+  if (wait_.seconds <= options_.patience) return verdict;
   verdict.kind = Verdict::Kind::GiveUp;
   verdict.reason += options_.patience > 0
                         ? fmt::format("; that is so for {:.3g} s", options_.patience)
@@ -194,14 +194,12 @@ ObstacleStop::Verdict ObstacleStop::judge(const Moment& moment, const SweptPath&
 void ObstacleStop::keep(const Verdict& verdict, const Moment& moment) {
   const bool was_waiting = std::exchange(is_waiting_, verdict.kind != Verdict::Kind::Go);
   if (is_waiting_) {
-    waited_ = was_waiting ? waited_ + moment.seconds : 0;
-    wait_.seconds = waited_;
+    wait_.seconds = was_waiting ? wait_.seconds + moment.seconds : 0;
     if (!was_waiting) wait_.at = moment.at;
     reason_ = verdict.reason;
     report_.waited += moment.seconds;
-  } else if (was_waiting) {
-    if (report_.waits.size() < ObstacleReport::kMost) report_.waits.push_back(wait_);
-    waited_ = 0;
+  } else if (was_waiting && report_.waits.size() < ObstacleReport::kMost) {
+    report_.waits.push_back(wait_);
   }
   if (!is_waiting_ && verdict.is_unseen && last_pose_) {
     report_.unseen += distance(*last_pose_, moment.T_odom_base);
@@ -218,7 +216,7 @@ ObstacleReport ObstacleStop::report() const {
 void ObstacleStop::rest() {
   if (is_waiting_ && report_.waits.size() < ObstacleReport::kMost) report_.waits.push_back(wait_);
   is_waiting_ = false;
-  waited_ = free_for_ = 0;
+  free_for_ = 0;
 }
 
 }  // namespace afterglow::replay

@@ -124,7 +124,6 @@ class ObstacleStop {
   std::vector<FloorPoint> last_;       ///< all points of the newest scan, in odom
   std::vector<FloorPoint> obstacles_, walkers_;  ///< the points that count; those that move
   bool is_waiting_ = false;
-  double waited_ = 0;    ///< s, in a row
   double free_for_ = 0;  ///< s
   ObstacleWait wait_;    ///< the wait under way, or the last one
   std::string reason_;   ///< reason of the wait

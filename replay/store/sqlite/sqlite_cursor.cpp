@@ -85,7 +85,7 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, const Behavior& behavio
     topics_ = topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   end_ns_ = std::min(behavior.end.value_or(kEndOfTime), range.end.value_or(kEndOfTime)).ns;
-  received_ns_ = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
+  last_.received_ns = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
   const SqliteLock lock = connection_.lock();
   rows_ = select(SqliteMessageReader::kColumns);
   reader_ = std::make_unique<SqliteMessageReader>(connection);
@@ -145,23 +145,27 @@ void SqliteCursor::readPage() {
 
 void SqliteCursor::readPage(SqliteStatement& query, bool has_rows) {
   const StatementScope scope(query);
-  query.bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
+  query.bind(1, recording_)
+      .bind(2, last_.received_ns)
+      .bind(3, last_.sequence)
+      .bind(4, last_.channel);
   query.bind(5, end_ns_);
   if (topics_) query.bind(6, topics_);
   std::size_t bytes = 0;
   while (page_.size() < page_size_ && bytes < kReadBytes && query.step()) {
     auto contents = has_rows ? reader_->read(query, 3) : reader_->read(query.integer(3));
-    channel_ = query.integer(0);
-    received_ns_ = query.integer(1);
-    sequence_ = query.integer(2);
+    last_.channel = query.integer(0);
+    last_.received_ns = query.integer(1);
+    last_.sequence = query.integer(2);
     ++looked_;
-    const Stamp received{received_ns_};
-    const auto sequence = static_cast<std::uint64_t>(sequence_);
+    const Stamp received{last_.received_ns};
+    const auto sequence = static_cast<std::uint64_t>(last_.sequence);
     if (!contents.problem.empty()) {
-      damaged_.push_back({channel_, received, sequence, std::move(contents.problem)});
+      damaged_.push_back({last_.channel, received, sequence, std::move(contents.problem)});
       continue;
     }
-    Message message{channel_, received, sequence, contents.header_stamp, std::move(contents.bytes)};
+    Message message{last_.channel, received, sequence, contents.header_stamp,
+                    std::move(contents.bytes)};
     if (!matches(message)) continue;
     bytes += message.bytes.size();
     page_.push_back(std::move(message));

@@ -77,8 +77,10 @@ class SqliteCursor final : public MessageCursor {
   std::int64_t recording_;
   std::optional<std::string> topics_;  ///< JSON array; empty: all
   std::int64_t end_ns_;
-  /// Key of the last message read.
-  std::int64_t received_ns_, sequence_ = -1, channel_ = -1;
+  struct Key {
+    std::int64_t received_ns = 0, sequence = -1, channel = -1;
+  };
+  Key last_;  ///< key of the last message read
   std::deque<Message> page_;
   std::vector<DamagedMessage> damaged_;
 };
