@@ -157,9 +157,7 @@ render::Image MomentPainter::projected() {
   return image;
 }
 
-render::Image MomentPainter::picture() {
-  return observed_ ? observed_->seeAt(width(), now_, snapshot_, lensImage()) : projected();
-}
+render::Image MomentPainter::picture() { return observed_ ? room(width(), height()) : projected(); }
 
 render::Image MomentPainter::room(int width, int height) {
   return observed_.value().seeAt(width, height, now_, snapshot_, lensImage());

@@ -211,11 +211,6 @@ Look ObservedPictures::lookAt(replay::Stamp moment, bool is_lit) {
   return between(place.look, near, closeness_ * closeness_ * (3 - 2 * closeness_));
 }
 
-render::Image ObservedPictures::seeAt(int width, replay::Stamp moment,
-                                      const SceneSnapshot& snapshot, render::Image projected) {
-  return seeAt(width, heightOf(width), moment, snapshot, std::move(projected));
-}
-
 render::Image ObservedPictures::seeAt(int width, int height, replay::Stamp moment,
                                       const SceneSnapshot& snapshot, render::Image projected) {
   const std::vector<render::Drawable> solids = this->solids(moment, snapshot);

@@ -41,15 +41,12 @@ class ObservedPictures {
                    const calib::Lens& lens, const ObserverOptions& options);
 
   int width() const { return room_view_.width; }
-  int height() const { return room_view_.height; }
   /// The height of a picture so many pixels wide.
   int heightOf(int width) const {
     return std::max(1, width * room_view_.height / room_view_.width);
   }
-  /// Draws the room so many pixels wide. `projected` is the image of `snapshot` through the lens.
-  /// Moments must not decrease.
-  render::Image seeAt(int width, replay::Stamp moment, const SceneSnapshot& snapshot,
-                      render::Image projected);
+  /// Draws the room in this size. `projected` is the image of `snapshot` through the lens. Moments
+  /// must not decrease.
   render::Image seeAt(int width, int height, replay::Stamp moment, const SceneSnapshot& snapshot,
                       render::Image projected);
   /// Whether the last picture shows something that is gone.

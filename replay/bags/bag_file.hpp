@@ -99,10 +99,4 @@ BagExportResult exportBags(const Store& store, const std::vector<Behavior>& beha
 /// Returns the format of a file by its name: Mcap for FILE.mcap, else Rosbag.
 RecordingFormat formatOfFile(const std::string& path);
 
-/// Exports a behavior as one bag; returns how many messages.
-inline std::uint64_t exportBag(const Store& store, const Behavior& behavior,
-                               const MessageRange& range, const std::string& path) {
-  return exportBags(store, {behavior}, range, path).messages;
-}
-
 }  // namespace afterglow::replay

@@ -193,7 +193,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   const Goal goal{*id, recorded.stamp};
   state_->goals[recorded.id] = goal;
   state_->last_goals[actionOf(channel.topic)] = goal;
-  return {true, SentGoal{recorded.id, *id}, {}};
+  return {true, *id, {}};
 }
 
 Rewriter::FreshId uniqueGoalIds(const std::string& node) {

@@ -21,18 +21,13 @@ struct PublishMoment {
   std::int64_t shift_ns = 0;  ///< added to recorded stamps; 0: they stay as they were
 };
 
-/// A goal and the id it was given, to follow it on the server's status and result topics.
-struct SentGoal {
-  std::string recorded_id;
-  std::string id;
-};
-
 struct Rewritten {
   /// False for the cancel of a goal that was not sent this time: the server would remember it. Any
   /// other cancel names one goal of this replay.
   bool publish = true;
-  std::optional<SentGoal> goal;  ///< set if the message is an action goal
-  std::string canceled;          ///< the new id of the goal that it cancels; empty: it is no cancel
+  /// The id that an action goal was given, by which the server tells of it; empty for others.
+  std::optional<std::string> goal;
+  std::string canceled;  ///< the new id of the goal that it cancels; empty: it is no cancel
 };
 
 /// Rewrites the messages of one replay, in the order they are sent; remembers its goals, so that

@@ -48,8 +48,7 @@ std::optional<Outbox::Sent> BodyInForce::sendAs(Outbox::Outgoing message, Record
   if (sent && !sent->goal) {
     if (topic.is_command) commands_[topic.planned.channel.topic] = std::move(whole);
   } else if (sent && sent->was_heard) {
-    addGoal(topic.planned.output.topic,
-            {channel, std::move(whole.bytes), whole.at, sent->goal->id});
+    addGoal(topic.planned.output.topic, {channel, std::move(whole.bytes), whole.at, *sent->goal});
   }
   return sent;
 }

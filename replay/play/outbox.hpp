@@ -86,7 +86,7 @@ class Outbox {
   };
   struct Sent {
     bool was_heard = false;
-    std::optional<SentGoal> goal;
+    std::optional<std::string> goal;
     std::string canceled = {};  ///< Rewritten::canceled
   };
   /// True for a message that must not be sent: it is too late, or its topic is the base drive's.

@@ -30,7 +30,7 @@ void import(benchmark::State& state) {
       batch.clear();
     }
     const Behavior all = sampleBehavior(recording, {"/text"}, 0, std::int64_t{1} << 62);
-    exportBag(*store, all, {}, bag);
+    exportBags(*store, {all}, {}, bag);
   }
   int round = 0;
   for (auto _ : state) {

@@ -167,7 +167,7 @@ TEST(AllocationFaults, ofABagThatIsReadAreErrors) {
   const Written written;
   const TempFolder folder;
   const std::string path = folder.path("ten.bag");
-  exportBag(*written.store, written.behavior, {}, path);
+  exportBags(*written.store, {written.behavior}, {}, path);
   std::size_t read = 0;
   expectErrorsOnly(
       nothing,

@@ -55,7 +55,7 @@ class BagFileTest : public testing::Test {
          stringMessage(a, 2'000'000'000, 7, "last")});
     behavior_ = sampleBehavior(recording, {"/a", "/b", "/strange"}, 1'000'000'000, 2'000'000'001);
     behavior_.id = store_->addBehavior(behavior_);
-    exportBag(*store_, behavior_, {}, bag_);
+    exportBags(*store_, {behavior_}, {}, bag_);
   }
 
   TempFolder folder_;
@@ -116,7 +116,7 @@ TEST_F(BagFileTest, exportsNamedTopicsAndRangesOnly) {
   MessageRange range;
   range.topics = {"/a"};
   range.end = Stamp{1'500'000'000};
-  EXPECT_EQ(exportBag(*store_, behavior_, range, bag_), 3u);
+  EXPECT_EQ(exportBags(*store_, {behavior_}, range, bag_).messages, 3u);
   const auto other = openMemoryStore();
   EXPECT_EQ(readTexts(*other, importBag(bag_, *other).behavior), (Texts{"b", "c", "d"}));
 }
@@ -155,8 +155,8 @@ TEST_F(BagFileTest, exportsWhatElseWasRecordedAsContext) {
   narrow.topics = {"/a"};
   MessageRange all;
   all.with_all_topics = true;
-  EXPECT_EQ(exportBag(*store_, narrow, {}, bag_), 4u);
-  EXPECT_EQ(exportBag(*store_, narrow, all, bag_), 8u);
+  EXPECT_EQ(exportBags(*store_, {narrow}, {}, bag_).messages, 4u);
+  EXPECT_EQ(exportBags(*store_, {narrow}, all, bag_).messages, 8u);
 }
 
 TEST_F(BagFileTest, splitsAndPutsTogetherAgain) {
@@ -305,7 +305,7 @@ TEST_F(BagFileTest, leavesTheOldBagWhenExportFails) {
   all.end = Stamp{beyond + 1};
   MessageRange range;
   range.topics = {"/late", "/a"};
-  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, all, range, bag_); }),
+  EXPECT_EQ(bagErrorOf([&] { exportBags(*store_, {all}, range, bag_); }),
             bag_ + ": a bag cannot hold the stamp " + std::to_string(beyond) + " ns");
   EXPECT_EQ(fileBytes(bag_), before);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
@@ -329,7 +329,7 @@ TEST_F(BagFileTest, holdsAMessageOfStampZeroAtTheFirstStampThatBagsHave) {
 
 TEST_F(BagFileTest, saysWhereABagCannotBeWritten) {
   const std::string path = folder_.path("none/x.bag");
-  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, behavior_, {}, path); }),
+  EXPECT_EQ(bagErrorOf([&] { exportBags(*store_, {behavior_}, {}, path); }),
             path + ": cannot write the bag: No such file or directory");
 }
 
@@ -349,7 +349,7 @@ TEST_F(BagFileTest, leavesNothingOnAFullDisk) {
       const rlimit limit{size, size};
       setrlimit(RLIMIT_FSIZE, &limit);
       _exit(bagErrorOf([&] {
-              exportBag(*store_, behavior_, {}, path);
+              exportBags(*store_, {behavior_}, {}, path);
             }).find(path + ": cannot write the bag: ") == 0
                 ? 0
                 : 1);

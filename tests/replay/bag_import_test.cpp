@@ -36,7 +36,7 @@ class BagImportTest : public testing::Test {
       messages.push_back(stringMessage(channel, stamp_ns, i, "x"));
     }
     store->append(messages);
-    exportBag(*store, sampleBehavior(recording, {"/a"}, 0, 2'000'000'000), {}, bag_);
+    exportBags(*store, {sampleBehavior(recording, {"/a"}, 0, 2'000'000'000)}, {}, bag_);
   }
 
   /// Another program imports the bag, and is killed behind its first slice.

@@ -247,7 +247,7 @@ struct PlayerOutbox : PlayerParts {
 TEST_F(PlayerOutbox, makesAGoalOfThisReplayAndCountsIt) {
   const auto sent = outbox->publish(due(kArm, goalMessage("recorded", {1})));
   ASSERT_TRUE(sent && sent->goal);
-  EXPECT_EQ(sent->goal->id, "fresh");
+  EXPECT_EQ(*sent->goal, "fresh");
   EXPECT_TRUE(sent->was_heard);
   EXPECT_EQ(goalId(sink.on(kArm.topic).at(0).bytes), "fresh");
   EXPECT_EQ(ledger.topic(kArm.topic).published, 1u);

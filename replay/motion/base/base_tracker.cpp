@@ -154,7 +154,6 @@ void BasePlace::addTo(BaseReport& report, const PoseTrack& track) const {
   report.end_distance = distance(base, track.endPose());
   report.end_turn = std::abs(wrapAngle(base.yaw - track.endPose().yaw));
   if (is_localized_) {
-    report.end_uncertainty = localizer_->positionError();
     const PoseError error = combined(localizer_->error(track.measured_error), track.end_error);
     report.end_doubt = {2 * error.position, 2 * error.yaw};
     report.gone_since_localized = localizer_->goneSinceCorrection();
@@ -346,10 +345,7 @@ bool BaseTracker::isOff(const PlanarPose& error) {
   const double off = std::hypot(error.x, error.y), turned = std::abs(error.yaw);
   if (state_ == BaseState::Following) {
     deviation_ = off;
-    if (off > report_.largest_distance) {
-      report_.largest_distance = off;
-      report_.largest_distance_at = path_.now();
-    }
+    report_.largest_distance = std::max(report_.largest_distance, off);
     report_.largest_turn = std::max(report_.largest_turn, turned);
   }
   if (off <= options_.lost_distance && turned <= options_.lost_turn) return false;

@@ -64,13 +64,11 @@ enum class BaseState { Following, Approaching, Done, Lost };
 /// Distances in m, turns in rad, as localization sees them (on odometry alone, as that does).
 struct BaseReport {
   double end_distance = 0, end_turn = 0;  ///< distance from the recorded end pose
-  double end_uncertainty = 0;             ///< m, one standard deviation of where the base is
   /// Doubt about the end's distance and turn, two standard deviations, as localization errs now and
   /// did then; 0: not known.
   PoseError end_doubt;
   double gone_since_localized = 0;  ///< m at the end, since localization was last renewed
   double largest_distance = 0, largest_turn = 0;  ///< off the track on the way
-  Stamp largest_distance_at;                      ///< moment on the track
   double drift_distance = 0, drift_turn = 0;      ///< drift of the odometry, from its first step on
   double delay = 0;                               ///< s that it took longer than recorded
   double approach = 0;                            ///< s of the final approach
