@@ -8,8 +8,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "calib/lens_formula.hpp"
-
 namespace afterglow::calib {
 namespace {
 

@@ -23,4 +23,12 @@ PageData deviationPlot(const replay::PlayReport& report);
 /// Makes a page that needs no network and no script, well-formed as XML. `date` is shown as it is.
 std::string replayPage(const std::vector<replay::PlayReport>& reports, const std::string& date);
 
+/// The JSON, whatever strings it holds.
+std::string reportJson(const replay::PlayReport& report, int indent);
+
+/// Writes BEHAVIOR_TIME.json and .html, TIME being UTC to the second: 7_20261121T142005Z.json. A
+/// second replay within it gets another name. A missing folder is made. Throws std::runtime_error,
+/// one line.
+void saveReport(const std::string& folder, const replay::PlayReport& report);
+
 }  // namespace afterglow::nodes

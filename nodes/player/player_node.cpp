@@ -13,7 +13,6 @@
 #include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/play_options.hpp"
-#include "nodes/player/report_files.hpp"
 #include "nodes/player/robot_description.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "replay/store/open/open_store.hpp"

@@ -23,7 +23,7 @@ namespace afterglow::nodes {
 /// Private parameters of player_node.
 struct PlayerNodeOptions {
   std::string store;          ///< ~store, as openStore() takes it
-  std::string report_folder;  ///< ~report_folder: for each replay's (report_files.hpp)
+  std::string report_folder;  ///< ~report_folder: for each replay's (replay_page.hpp)
   ReplayRequest replays;      ///< settings for all: the options of play_options.hpp, by name
 
   /// Throws std::runtime_error, one line, for a value that is none.

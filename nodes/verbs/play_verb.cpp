@@ -19,7 +19,6 @@
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/media_preparation.hpp"
 #include "nodes/player/replay_session.hpp"
-#include "nodes/player/report_files.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_command.hpp"

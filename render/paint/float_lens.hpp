@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "calib/lens.hpp"
-#include "calib/lens_formula.hpp"
 
 namespace afterglow::render {
 
