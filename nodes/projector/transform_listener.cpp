@@ -1,6 +1,5 @@
 #include "nodes/projector/transform_listener.hpp"
 
-#include <boost/function.hpp>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -132,19 +131,12 @@ bool setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped
 
 TransformListener::TransformListener(tf2::BufferCore& buffer) : buffer_(buffer) {
   status_.topic = "/tf";
-  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
-  nh_.setCallbackQueue(&queue_);
-  const boost::function<void(const Event&)> moving = [this](const Event& e) { take(e, false); };
-  const boost::function<void(const Event&)> fixed = [this](const Event& e) { take(e, true); };
-  moving_ = nh_.subscribe<tf2_msgs::TFMessage>("/tf", kQueue, moving);
-  fixed_ = nh_.subscribe<tf2_msgs::TFMessage>("/tf_static", kQueue, fixed);
-  spinner_.start();
+  thread_.hear<Event>("/tf", kQueue, [this](const Event& event) { take(event, false); });
+  thread_.hear<Event>("/tf_static", kQueue, [this](const Event& event) { take(event, true); });
+  thread_.begin();
 }
 
-TransformListener::~TransformListener() { spinner_.stop(); }
-
-void TransformListener::take(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
-                             bool is_static) {
+void TransformListener::take(const Event& event, bool is_static) {
   const ros::Time now = ros::Time::now();
   if (now.toNSec() + kJumpNs < last_time_.toNSec()) {
     ROS_WARN("ROS time has jumped back: transforms are forgotten");

@@ -5,9 +5,7 @@
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <ros/spinner.h>
 #include <tf2/buffer_core.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -18,6 +16,7 @@
 #include <vector>
 
 #include "nodes/projector/topic_monitor.hpp"
+#include "nodes/tools/callback_thread.hpp"
 
 namespace afterglow::nodes {
 
@@ -49,7 +48,6 @@ class ParentMonitor {
 class TransformListener {
  public:
   explicit TransformListener(tf2::BufferCore& buffer);
-  ~TransformListener();
 
   /// Returns how many messages came, why transforms were refused, and what was odd about others;
   /// the other fields are empty.
@@ -58,17 +56,15 @@ class TransformListener {
   std::vector<std::string> conflicts() const;
 
  private:
-  void take(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
+  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+  void take(const Event& event, bool is_static);
 
   tf2::BufferCore& buffer_;
-  ros::CallbackQueue queue_;
-  ros::NodeHandle nh_;
-  ros::Subscriber moving_, fixed_;
   ros::Time last_time_;
   mutable std::mutex mutex_;  ///< guards what follows
   LayerStatus status_;
   ParentMonitor parents_;
-  ros::AsyncSpinner spinner_{1, &queue_};
+  CallbackThread thread_;
 };
 
 struct StoredTransform {
