@@ -16,7 +16,7 @@ enum class PictureView { Projector, Bystander };
 /// A picture of a moment, as a file holds it.
 struct MomentJpeg {
   std::string jpeg;
-  std::vector<std::string> dark;  ///< what is not lit, and why, a line each
+  std::vector<std::string> dark;  ///< things that are not lit, and why, a line each
 };
 
 /// Draws the moment so many seconds after the behavior's begin. Throws std::runtime_error where it

@@ -19,10 +19,10 @@ namespace afterglow::nodes {
 replay::Stamp wallBegin(const replay::Behavior& behavior);
 
 struct BehaviorSummary {
-  replay::Behavior behavior;  ///< without calibration and snapshot
+  replay::Behavior behavior;  ///< the behavior, without calibration and snapshot
   std::vector<std::string> notes;
-  std::uint64_t messages = 0;  ///< on its own topics
-  replay::Stamp end;           ///< without an end: the last message
+  std::uint64_t messages = 0;  ///< messages on its own topics
+  replay::Stamp end;           ///< its end, or the last message
   std::vector<replay::Utterance> said;
 };
 
@@ -38,15 +38,15 @@ struct StoryEntry {
   double t = 0;               ///< seconds since the behavior's begin
   std::string clock;          ///< "12:03:20", local time
   std::string kind;           ///< "began", "said", "goal", "child", "ended", "remark"
-  std::string text;           ///< one sentence
+  std::string text;           ///< a sentence
   std::string subject;        ///< the text without times and numbers: what two stories share
-  std::int64_t behavior = 0;  ///< of a child
+  std::int64_t behavior = 0;  ///< the child's
   bool is_bad = false;        ///< a failure
 };
 
 struct ToldStory {
-  std::vector<StoryEntry> entries;  ///< in their order
-  std::vector<double> key_moments;  ///< at most 6, which pictures should show
+  std::vector<StoryEntry> entries;  ///< entries in their order
+  std::vector<double> key_moments;  ///< moments that pictures should show, 6 at most
 };
 
 /// All that a page shows of one behavior.
@@ -65,7 +65,7 @@ void addStory(const replay::Store& store, BehaviorDetail& detail);
 /// Reads a behavior with its children from the store alone. Throws replay::StoreError.
 BehaviorDetail readDetail(const replay::Store& store, const replay::Behavior& behavior);
 
-/// One line of two stories side by side; empty: that story has nothing like it.
+/// A line of two stories side by side; empty: that story has nothing like it.
 struct StoryPair {
   std::optional<std::size_t> a, b;  ///< indexes into the two stories
 };

@@ -31,9 +31,9 @@ void addPictureOptions(CLI::App& verb, PictureOptions& options);
 
 /// The light and the place of a bystander's eyes.
 struct PictureSettings {
-  ProjectorConfig config;  ///< of one projector
-  calib::Lens lens;        ///< of its camera_info
-  std::string remark;      ///< on the lens's file, or empty
+  ProjectorConfig config;  ///< that of a single projector
+  calib::Lens lens;        ///< its camera_info's
+  std::string remark;      ///< remark on the lens's file, or empty
   ObserverOptions observer;
 };
 
@@ -68,9 +68,9 @@ class MomentPainter {
   void moveTo(double t);
 
   // At this moment:
-  /// Whether the projector is known and some layer has content, in its image or beside it.
+  /// Returns true if the projector is known and a layer has content, in its image or beside it.
   bool hasContent() const;
-  /// Whether the projector's image has any light.
+  /// Returns true if the projector's image has any light.
   bool isLit() { return render::isLit(lensImage()); }
   /// Returns a line for each thing that is not shown, with the reason (RecordedScene::whyDark).
   std::vector<std::string> whyDark(bool is_lit);
@@ -80,7 +80,7 @@ class MomentPainter {
   render::Image picture();
   /// The room in another size. Needs the view of a bystander.
   render::Image room(int width, int height);
-  /// Whether the last picture shows something that is gone.
+  /// Returns true if the last picture shows something that is gone.
   bool hasGhosts() const { return observed_ && observed_->hasGhosts(); }
   /// The image through the lens, without what is done to what is sent.
   const render::Image& lensImage();
@@ -98,12 +98,12 @@ class MomentPainter {
   const replay::Stamp last_;
   const render::LightOutput light_;
   render::ProjectorRenderer renderer_;
-  render::LightCensus census_;  ///< by the lens itself, however small the picture
+  render::LightCensus census_;  ///< counts by the lens itself, however small the picture
   std::optional<RecordedScene> scene_;
   std::optional<ObservedPictures> observed_;
-  replay::Stamp now_;  ///< where moveTo() went last
+  replay::Stamp now_;  ///< moment that moveTo() went to last
   SceneSnapshot snapshot_;
-  std::optional<render::Image> image_;  ///< through the lens, once it is drawn
+  std::optional<render::Image> image_;  ///< image through the lens, once it is drawn
 };
 
 }  // namespace afterglow::nodes

@@ -49,7 +49,7 @@ class ObservedPictures {
   /// must not decrease.
   render::Image seeAt(int width, int height, replay::Stamp moment, const SceneSnapshot& snapshot,
                       render::Image projected);
-  /// Whether the last picture shows something that is gone.
+  /// Returns true if the last picture shows something that is gone.
   bool hasGhosts() const { return has_ghosts_; }
 
   /// Begins anew: now moments may lie before the last one.
@@ -69,7 +69,7 @@ class ObservedPictures {
   std::optional<RobotModel> robot_;
   render::ObserverRenderer renderer_;
   bool has_ghosts_ = false;
-  std::optional<replay::Stamp> last_;  ///< of the pictures; empty: none since the beginning
+  std::optional<replay::Stamp> last_;  ///< last picture's moment; empty: none since the beginning
   double closeness_ = 0;               ///< 0 at the place, 1 near to what is lit
 };
 

@@ -121,11 +121,11 @@ class ActionReader {
   const replay::Behavior& behavior_;
   const std::string goal_topic_;
   replay::KnownChannels channels_{store_};
-  std::map<std::string, std::size_t> open_;  ///< by goal id: its span
+  std::map<std::string, std::size_t> open_;  ///< span by goal id
   std::vector<GoalSpan> spans_;
 };
 
-/// Whether a goal was sent and over while another one ran.
+/// Returns true if a goal was sent and over while another one ran.
 bool isWithin(const GoalSpan& inner, const GoalSpan& outer) {
   if (inner.topic == outer.topic || !inner.to) return false;
   const bool ends_within = !outer.to || *inner.to <= *outer.to;

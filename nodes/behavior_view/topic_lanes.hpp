@@ -13,11 +13,11 @@ namespace afterglow::nodes {
 
 /// A goal of an action, from being sent to its result.
 struct GoalSpan {
-  std::string topic;         ///< of the goal
+  std::string topic;         ///< the goal's
   double from = 0;           ///< seconds since the behavior's begin
   std::optional<double> to;  ///< empty: no result was recorded
   std::string outcome;       ///< "succeeded", "aborted" ...; empty without a result
-  std::string remark;        ///< what its server said, one line
+  std::string remark;        ///< words of its server, a line
   std::string within;        ///< the action of a longer goal around it, which may have sent it
   int number = 1;            ///< counted from 1 on its topic
 };
@@ -29,9 +29,9 @@ struct TopicLane {
   double first = 0, last = 0;  ///< seconds since the behavior's begin, as all times here
   /// "body", "ar", "speech"; "control", "endless" motion; "state", "other".
   std::string role;
-  bool is_context = false;    ///< of the recording, not of the behavior itself
-  std::string why_not;        ///< why a replay would leave it out; empty: it is replayed
-  std::vector<double> marks;  ///< when messages came; of many some
+  bool is_context = false;    ///< true: the recording's, not the behavior's own
+  std::string why_not;        ///< reason for a replay to leave it out; empty: it is replayed
+  std::vector<double> marks;  ///< times of messages; of many some
   std::vector<GoalSpan> spans;
 };
 

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kPublishedAtOnce = 50, kMostDetails = 32;
 constexpr auto kPeriod = std::chrono::seconds(1);
 
-/// One that is equal by this looks the same to everybody.
+/// Behaviors that are equal by this look the same to everybody.
 bool isSame(const replay::Behavior& some, const replay::Behavior& other,
             const std::vector<std::string>& notes) {
   return some.name == other.name && some.outcome == other.outcome && some.tags == other.tags &&

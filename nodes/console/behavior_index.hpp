@@ -36,11 +36,11 @@ class BehaviorIndex {
   /// Reads what has changed: for who has not begun.
   void read();
 
-  /// As of at most a second ago, or longer while the store cannot be read. Any thread.
+  /// Returns all, as they were a second ago at most, or longer while the store cannot be read.
   std::shared_ptr<const IndexedBehaviors> all() const;
   /// Null if there is none of that id.
   std::shared_ptr<const IndexedBehavior> find(std::int64_t id) const;
-  /// Why the store could not be read the last time, one line; empty: it was.
+  /// Returns why the store could not be read the last time, a line; empty: it was read.
   std::string problem() const;
 
  private:
@@ -52,7 +52,7 @@ class BehaviorIndex {
 
   const replay::Store& store_;
   Known known_;                            ///< of the thread
-  std::map<std::int64_t, bool> is_heard_;  ///< of the thread: its messages have been read
+  std::map<std::int64_t, bool> is_heard_;  ///< the thread's: messages that have been read
 
   mutable std::mutex mutex_;
   std::shared_ptr<const IndexedBehaviors> all_;

@@ -1,5 +1,5 @@
 /// \file
-/// What console_node hears of calibrator_node and asks of it.
+/// The console's link to calibrator_node: hears its state, and asks for its steps.
 #pragma once
 
 #include <ros/ros.h>
@@ -21,11 +21,11 @@ class CalibratorLink {
   /// A node's name, "/calibrator_node".
   explicit CalibratorLink(const std::string& calibrator);
 
-  /// Its ~status and `said`: the last lines of its ~guidance, the newest first. Null: it is not
+  /// Returns ~status and `said`: the last lines of its ~guidance, the newest first. Null: it is not
   /// there, or has said nothing yet.
   nlohmann::ordered_json state() const;
 
-  /// Whether trigger() knows it: start, stop, take, solve, discard_last.
+  /// Returns true if trigger() knows it: start, stop, take, solve, discard_last.
   static bool isCommand(const std::string& name);
   /// Waits for the answer, and returns its words. Throws HttpError with the calibrator's own.
   std::string trigger(const std::string& command) const;

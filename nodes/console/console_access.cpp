@@ -29,7 +29,7 @@ bool isAddress(const std::string& text) {
          inet_pton(AF_INET6, text.c_str(), bytes.data()) == 1;
 }
 
-/// Without port and brackets, in small letters.
+/// Returns the host without port and brackets, in small letters.
 std::string nameOf(const std::string& host) {
   std::string name = replay::lowerCase(host);
   if (!name.empty() && name[0] == '[') {
@@ -60,7 +60,7 @@ std::string cookieIn(const std::string& cookies) {
   return "";
 }
 
-/// Of a page of this very server; the scheme is whatever a proxy before it speaks.
+/// Returns true for a page of this very server; the scheme is whatever a proxy before it speaks.
 bool isOwnOrigin(const HttpRequest& request) {
   const std::string origin = replay::lowerCase(request.header("origin"));
   const std::string host = replay::lowerCase(request.header("host"));

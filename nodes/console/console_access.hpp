@@ -1,5 +1,5 @@
 /// \file
-/// Who may use the console.
+/// The check of who may use the console.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// Whether an IP address in numbers is this machine's own, 127.0.0.0/8 or ::1.
+/// Returns true if an IP address in numbers is this machine's own, 127.0.0.0/8 or ::1.
 bool isLoopback(const std::string& address);
 
 /// Returns a file's first line, else $AFTERGLOW_CONSOLE_TOKEN, else, beyond loopback, a token that

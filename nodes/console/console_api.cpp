@@ -67,7 +67,7 @@ replay::Stamp momentAt(const replay::Behavior& behavior, double t) {
   return {behavior.begin.ns + std::llround(t * 1e9)};
 }
 
-/// As JSON, with shorter and shorter arrays until it is short enough; null if it is never.
+/// Returns JSON, with shorter and shorter arrays until it is short enough; null if it is never.
 Json shortJson(const replay::Value& value) {
   for (const std::size_t longest : {1024U, 64U, 8U, 0U}) {
     const nlohmann::json json = replay::toJson(value, {longest});

@@ -28,7 +28,7 @@ extern const EmbeddedConsole kEmbeddedConsole[];
 /// The console's answer to /api/about.
 struct ConsoleFacts {
   std::string version;
-  std::string store;          ///< in words, no password
+  std::string store;          ///< words for people, no password
   std::string why_no_render;  ///< empty: it draws pictures
 };
 
@@ -51,7 +51,7 @@ class ConsoleApi {
  public:
   ConsoleApi(const replay::Store& store, BehaviorIndex& index, ConsoleAccess access,
              ConsoleFacts facts);
-  /// Without them there are no pictures, and no files.
+  /// Sets who draws pictures and makes files; else there are none.
   void setPictures(DrawPicture draw) { draw_ = std::move(draw); }
   void setFile(MakeFile make_file) { make_file_ = std::move(make_file); }
 
@@ -60,7 +60,7 @@ class ConsoleApi {
   /// answer().
   void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
 
-  /// For HttpServer.
+  /// Answers for HttpServer.
   void answer(const HttpRequest& request, const Respond& respond);
   /// Stops, and signs of life of who holds the button: they wait for nobody.
   static bool isUrgent(const HttpRequest& request) {

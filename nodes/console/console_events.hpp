@@ -33,7 +33,7 @@ class ConsoleEvents {
 
   /// A page that listens. Throws HttpError 503 where too many do.
   HttpResponse open(const std::string& session);
-  /// Whether a page of this session listens; none does for an empty one.
+  /// Returns true if a page of this session listens; false for an empty one.
   bool isListening(const std::string& session) const;
 
  private:
@@ -50,7 +50,7 @@ class ConsoleEvents {
   std::map<std::uint64_t, Page> pages_;
   std::uint64_t pages_ever_ = 0;
   std::string newest_;  ///< the event of the state
-  std::size_t total_ = 0;  ///< as it was told last
+  std::size_t total_ = 0;  ///< number that was told last
   int silent_ = 0;         ///< periods without news
   replay::RepeatingThread thread_{kPeriod, [this] { look(); }};
 };

@@ -208,7 +208,7 @@ HttpResponse ConsoleNode::report() const {
       {{"behavior", report->behavior}, {"ended", report->ended}, {"report", std::move(told)}});
 }
 
-/// Its page is made by the player, which knows more than a report's JSON tells.
+/// The page is made by the player, which knows more than a report's JSON tells.
 HttpResponse ConsoleNode::reportPage() const {
   const auto report = replay_.report();
   if (!report) throw HttpError(404, "no replay that was started here has ended yet");

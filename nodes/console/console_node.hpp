@@ -41,7 +41,7 @@ class MotionTokens {
   static constexpr std::chrono::seconds kLifetime{60};
   static constexpr std::size_t kMost = 64;  ///< the oldest go
 
-  /// What a dry run of the request of this key found.
+  /// The findings of a dry run of the request of this key.
   struct Found {
     std::string key;
     bool moves = false;
@@ -71,7 +71,7 @@ class ConsoleNode {
   void close() { replay_.close(); }
   ~ConsoleNode() { close(); }  // before what it asks goes
 
-  /// For ConsoleApi::setRobot(). At once, or once the player has answered; throws HttpError.
+  /// Answers for ConsoleApi::setRobot(), at once or when the player has answered; throws HttpError.
   void answer(const HttpRequest& request, const Respond& respond);
 
  private:
@@ -97,7 +97,7 @@ class ConsoleNode {
   DeadManSwitch dead_man_switch_;
   RunningReplay replay_;
   ConsoleEvents events_;
-  replay::TaskThread rehearsals_, commands_;  ///< what listens for seconds; what the player answers
+  replay::TaskThread rehearsals_, commands_;  ///< listen for seconds; ask the player
 };
 
 }  // namespace afterglow::nodes

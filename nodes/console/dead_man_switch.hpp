@@ -8,7 +8,7 @@
 
 namespace afterglow::nodes {
 
-/// This process's side of it.
+/// The console's end of the switch.
 class DeadManSwitch {
  public:
   static constexpr const char* kArgument = "--dead-man-switch";

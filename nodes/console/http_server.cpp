@@ -40,7 +40,7 @@ constexpr std::pair<const char*, const char*> kSafeHeaders[] = {
      "default-src 'self'; img-src 'self' data: blob:; style-src 'self'; script-src 'self'; "
      "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"}};
 
-/// Who does not even acknowledge what it is sent for so long, is gone: a cable that was pulled.
+/// Time after which a client that acknowledges nothing is gone: a cable that was pulled.
 constexpr unsigned kUnacknowledgedMs = 2000;
 /// Threads for connections, and for what is urgent.
 constexpr int kConnectionThreads = 2;
@@ -63,7 +63,7 @@ HttpRequest requestOf(const http::request<http::string_body>& message) {
   return request;
 }
 
-/// What a client is told whose request could not be read; nothing: it is gone, or too slow.
+/// Returns the answer to a request that could not be read; empty: the client is gone, or too slow.
 std::optional<HttpResponse> responseTo(const error_code& error) {
   if (error == http::error::header_limit) return errorResponse(431, "the headers are too long");
   if (error == http::error::body_limit) return errorResponse(413, "the request is too long");
@@ -72,18 +72,18 @@ std::optional<HttpResponse> responseTo(const error_code& error) {
   return is_malformed ? std::optional(errorResponse(400, "this is no HTTP")) : std::nullopt;
 }
 
-/// What the sessions share. Lives until the last of them is gone.
+/// The things that sessions share. Lives until the last of them is gone.
 struct HttpShared {
   HttpHandler handler;
   std::function<bool(const HttpRequest&)> is_urgent;
   HttpLimits limits;
   std::atomic<std::size_t> streams{0};
-  asio::thread_pool workers;  ///< for what is not urgent
+  asio::thread_pool workers;  ///< threads for what is not urgent
 
   explicit HttpShared(int threads) : workers(static_cast<std::size_t>(threads)) {}
 };
 
-/// One connection. Keeps itself alive while something is under way; in its stream's strand.
+/// A connection. Keeps itself alive while something is under way; in its stream's strand.
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(Tcp::socket socket, std::shared_ptr<HttpShared> shared)
@@ -97,7 +97,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void start() {
     asio::dispatch(stream_.get_executor(), [self = shared_from_this()] { self->awaitRequest(); });
   }
-  /// It is idle, or slow to ask or to take its answer. Any thread.
+  /// Returns true if it is idle, or slow to ask or to take its answer. Any thread.
   bool awaitsClient() const { return awaits_client_; }
   /// Any thread.
   void close() {
@@ -199,7 +199,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       });
   }
 
-  /// Without a length: it ends with the connection.
+  /// Sends events without a length: they end with the connection.
   void stream(std::shared_ptr<EventStream> events) {
     events_ = std::move(events);
     message_.keep_alive(false);
@@ -245,7 +245,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> message_;
-  std::shared_ptr<EventStream> events_;  ///< of a response that goes on
+  std::shared_ptr<EventStream> events_;  ///< stream of a response that goes on
   std::string passing_;
   std::array<char, 256> ignored_{};
   std::atomic<bool> awaits_client_{true};
@@ -288,8 +288,8 @@ struct HttpServer::Impl {
     shared->workers.join();
   }
 
-  /// Whether there is room for one more, perhaps in the place of another one. In the acceptor's
-  /// strand.
+  /// Returns true if there is room for one more, perhaps in the place of another one. Runs in the
+  /// acceptor's strand.
   bool makeRoom() {
     sessions.remove_if([](const auto& session) { return session.expired(); });
     if (sessions.size() < shared->limits.connections) return true;

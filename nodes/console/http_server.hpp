@@ -20,11 +20,11 @@ struct HttpLimits {
   /// A further one takes the place of the oldest that is idle, slow to ask or slow to take its
   /// answer, so that nobody can keep a stop out; without any such it is closed at once.
   std::size_t connections = 32;
-  std::size_t streams = 16;  ///< of responses that go on; further ones are refused
-  std::chrono::milliseconds header_patience = std::chrono::seconds(2);  ///< from its first byte
-  /// Between two requests; for a request's body; for taking a whole response.
+  std::size_t streams = 16;  ///< number of responses that go on; further ones are refused
+  std::chrono::milliseconds header_patience = std::chrono::seconds(2);  ///< after its first byte
+  /// Time between two requests, for a request's body, and for taking a whole response.
   std::chrono::milliseconds patience = std::chrono::seconds(20);
-  int threads = 3;  ///< for requests that are not urgent
+  int threads = 3;  ///< threads for requests that are not urgent
 };
 
 /// Listens and answers from its making to its end. Every response bears the headers that keep
@@ -42,7 +42,7 @@ class HttpServer {
   ~HttpServer();
 
   std::uint16_t port() const;
-  /// From now on nobody is answered, and the handler is not called. What holds Respond functions
+  /// Answers nobody any more, and does not call the handler. What holds Respond functions
   /// can then go, before the server does.
   void stop();
 

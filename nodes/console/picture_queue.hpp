@@ -23,14 +23,14 @@ namespace afterglow::nodes {
 /// array of lines, in ASCII.
 constexpr const char* kDarkHeader = "Afterglow-Dark";
 
-/// Of each viewer, behavior and view the newest request wins: a request that waits is told 503
+/// The newest request of each viewer, behavior and view wins: a request that waits is told 503
 /// "superseded". The last pictures are kept, and the last behaviors' painters, so that scrubbing
 /// forward goes on where it was. Any thread.
 class PictureQueue {
  public:
   struct Drawn {
     int status = 200;
-    std::string problem;  ///< one line, unless the status is 200
+    std::string problem;  ///< a line, unless the status is 200
     MomentJpeg picture;
   };
   using OnDrawn = std::function<void(const Drawn&)>;
@@ -48,8 +48,8 @@ class PictureQueue {
   MomentJpeg drawNow(const PictureRequest& request);
 
  private:
-  using Place = std::tuple<std::string, std::int64_t, PictureView>;  ///< of a waiting request
-  /// Of a behavior with that end, so wide, at that moment.
+  using Place = std::tuple<std::string, std::int64_t, PictureView>;  ///< place of a waiting request
+  /// The key of a picture: of a behavior with that end, so wide, at that moment.
   using Picture = std::tuple<std::int64_t, std::int64_t, PictureView, int, std::int64_t>;
   struct Waiting {
     PictureRequest request;

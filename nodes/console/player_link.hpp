@@ -31,7 +31,7 @@ struct PlayRequest {
   double start = 0;  ///< seconds into the behavior
   bool is_looping = false;
 
-  /// Whether its words alone ask for nothing but light and speech.
+  /// Returns true if its words alone ask for nothing but light and speech.
   bool isWithoutBody() const;
   /// Returns the options of a goal (play_options.hpp).
   std::vector<std::string> options() const;
@@ -51,7 +51,7 @@ class PlayerLink {
     bool is_begun = false;  ///< messages go out
     bool is_ended = false;
     bool is_completed = false;
-    std::string words;   ///< at its end: why
+    std::string words;   ///< reason of its end
     std::string report;  ///< JSON; empty: it was refused
   };
 
@@ -59,7 +59,7 @@ class PlayerLink {
   explicit PlayerLink(const std::string& player);
 
   const std::string& player() const { return player_; }
-  /// Whether it publishes ~status and hears goals and cancels.
+  /// Returns true if it publishes ~status and hears goals and cancels.
   bool isThere() const;
   /// Empty: it is not there, or has said nothing yet.
   std::optional<ReplayStatus> status() const;
@@ -70,7 +70,7 @@ class PlayerLink {
   Course course(const std::string& goal) const;
   /// Waits until the goal has begun or ended, or so long.
   Course await(const std::string& goal, std::chrono::milliseconds patience);
-  /// Of all goals, this one too if it has not come yet. At once. False: nobody hears it.
+  /// Cancels all goals at once, this one too if it has not come yet. False: nobody hears it.
   bool cancel(const std::string& goal);
 
   // Services; they wait for the answer. They throw HttpError with the player's own words.
@@ -96,7 +96,7 @@ class PlayerLink {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<ReplayStatus> newest_;
-  std::map<std::string, Course> courses_;  ///< by goal
+  std::map<std::string, Course> courses_;  ///< courses by goal
   std::uint64_t goals_sent_ = 0;
   ros::NodeHandle node_;
   ros::Publisher goals_, cancels_;

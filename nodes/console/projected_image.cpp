@@ -12,9 +12,10 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr int kQuality = 80;
-constexpr double kMasterPatience_s = 0.5;  // shorter than the timer's period: no two questions at once
+// Shorter than the timer's period: no two questions at once.
+constexpr double kMasterPatience_s = 0.5;
 
-/// As OpenCV writes it; throws HttpError 503 for what is no such image.
+/// Returns the pixels as OpenCV writes them; throws HttpError 503 for what is no such image.
 cv::Mat pixelsOf(const sensor_msgs::Image& image) {
   const bool is_rgb = image.encoding == "rgb8";
   if (!is_rgb && image.encoding != "bgr8") {

@@ -1,5 +1,5 @@
 /// \file
-/// What the projector shows now, for /api/projected.
+/// The projector's newest image, for /api/projected.
 #pragma once
 
 #include <ros/ros.h>
@@ -18,12 +18,13 @@ namespace afterglow::nodes {
 /// Any thread. Listens only while somebody asks: an image that nobody wants is not sent.
 class ProjectedImage {
  public:
-  static constexpr std::chrono::seconds kPatience{5};  ///< after the last question it is let go
+  static constexpr std::chrono::seconds kPatience{5};  ///< since the last question
   static constexpr std::chrono::seconds kFresh{2};
 
   explicit ProjectedImage(const std::string& topic);
 
-  /// {topic, published}: whether another node publishes it, as of the last second, so that pages ask only then.
+  /// {topic, published}: whether another node publishes it, as of the last second, so that pages
+  /// ask only then.
   nlohmann::ordered_json state() const;
   /// image/jpeg; 204 while the first one is awaited; else 503 with the reason.
   HttpResponse newest();
@@ -34,7 +35,7 @@ class ProjectedImage {
   void look();
 
   const std::string topic_;
-  MasterLink master_;  ///< of the timer
+  MasterLink master_;  ///< the timer's
   mutable std::mutex mutex_;  ///< all below
   bool is_published_ = false;
   sensor_msgs::ImageConstPtr image_;

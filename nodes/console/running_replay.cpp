@@ -68,7 +68,7 @@ void RunningReplay::start(const Start& start) {
   if (is_refused) throw HttpError(409, course.words.empty() ? "it was refused" : course.words);
 }
 
-/// With the lock held.
+/// Needs the lock held.
 void RunningReplay::send() {
   surroundings_.tell_dead_man_switch(true);
   current_->is_sent = true;
@@ -166,7 +166,7 @@ void RunningReplay::tick() {
   player_.cancel(current_->goal);
 }
 
-/// With the lock held.
+/// Needs the lock held.
 std::string RunningReplay::whyStop(Time now) const {
   const Start& start = current_->start;
   if (start.is_held && current_->is_sent && !current_->hold.isHeld(replay::sinceBoot())) {
@@ -179,7 +179,7 @@ std::string RunningReplay::whyStop(Time now) const {
   return is_alone ? "the page that started it is gone" : "";
 }
 
-/// With the lock held.
+/// Needs the lock held.
 void RunningReplay::end(const std::string& words) {
   last_ = words;
   if (current_->is_sent) surroundings_.tell_dead_man_switch(false);

@@ -20,10 +20,10 @@ namespace afterglow::nodes {
 /// the player again and again until it is.
 class RunningReplay {
  public:
-  static constexpr std::chrono::seconds kHoldPatience{30};  ///< for the first POST /api/hold
+  static constexpr std::chrono::seconds kHoldPatience{30};  ///< until the first POST /api/hold
 
   struct Surroundings {
-    /// Whether a page of this session listens to events.
+    /// Returns true if a page of this session listens to events.
     std::function<bool(const std::string& session)> is_listening;
     /// Called before a goal goes out, and after it has ended: dead_man_switch.hpp.
     std::function<void(bool runs)> tell_dead_man_switch;
@@ -35,22 +35,22 @@ class RunningReplay {
     bool is_held = false;         ///< goes out when the button is held, ends with that
     std::uint64_t after_stop = 0;  ///< stopCount() when it was asked for: a stop since forbids it
   };
-  /// For people.
+  /// The state, for people.
   struct Shown {
     bool is_ours = false, waits_for_hold = false, is_stopping = false, moves = false;
     std::int64_t behavior = 0;
-    std::string last;  ///< how the last one ended
-    std::uint64_t reports = 0;  ///< how many there have been
+    std::string last;  ///< end of the last replay, in words
+    std::uint64_t reports = 0;  ///< number of reports so far
   };
   /// The report of a replay that has ended.
   struct Report {
     std::int64_t behavior = 0;
-    std::string ended;  ///< in words
-    std::string json;   ///< of the player (keys: replay/play/play_report.hpp)
+    std::string ended;  ///< its end, in words
+    std::string json;   ///< the player's (keys: replay/play/play_report.hpp)
   };
 
   RunningReplay(PlayerLink& player, Surroundings surroundings);
-  /// As close().
+  /// Closes it.
   ~RunningReplay();
   /// Stops what runs, and waits for its end for up to 2 s; from then on nothing is started.
   void close();
@@ -66,7 +66,7 @@ class RunningReplay {
   /// Throws HttpError 409 where what is replayed was not started here.
   void needOurs() const;
   Shown shown() const;
-  /// Of the last replay that was started here and that the player did not refuse.
+  /// Returns the report of the last replay that was started here and not refused.
   std::optional<Report> report() const;
 
  private:
@@ -75,9 +75,9 @@ class RunningReplay {
     std::string goal;
     Start start;
     bool is_sent = false;
-    Time asked{};           ///< when it was asked for
-    replay::HoldToRun hold;  ///< by the page's button
-    std::string reason;  ///< it is being stopped
+    Time asked{};           ///< time of the request
+    replay::HoldToRun hold;  ///< the page's button
+    std::string reason;  ///< reason of its stop; empty: it is not being stopped
     Time canceled{};     ///< last
   };
   void tick();
@@ -94,7 +94,7 @@ class RunningReplay {
   std::optional<Report> report_;
   std::uint64_t reports_ = 0, stops_ = 0;
   bool is_ending_ = false;
-  replay::TaskThread stopper_;  ///< of ~stop, which may hang with its player
+  replay::TaskThread stopper_;  ///< calls ~stop, which may hang with its player
   replay::RepeatingThread thread_;
 };
 

@@ -26,7 +26,7 @@ cv::Scalar tagColor(const std::string& tag) {
   return tag == "NOW" ? cv::Scalar(236, 110, 20) : cv::Scalar(30, 120, 190);
 }
 
-/// One line, without what a font has no glyph for.
+/// Returns a line, without what a font has no glyph for.
 std::string printableLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
@@ -52,12 +52,12 @@ struct CaptionPainter::Impl {
              const cv::Scalar& color) {
     font->putText(pixels, text, origin, height, color, -1, cv::LINE_AA, true);
   }
-  /// How far the text may go on after the tag.
+  /// Writes the tag; returns where the text may go on.
   int writeTag(const cv::Mat& pixels, const std::string& tag, cv::Point origin, int height);
-  /// Smaller where it would reach beyond `right`.
+  /// Writes smaller where it would reach beyond `right`.
   void writeLine(const cv::Mat& pixels, const std::string& text, cv::Point origin, int right,
                  int height, const cv::Scalar& color);
-  /// At the line's right end, the baseline at `y`; where it begins.
+  /// Writes at the line's right end, the baseline at `y`; returns where it begins.
   int writeLegend(const cv::Mat& pixels, const std::string& text, int y, int height);
 };
 

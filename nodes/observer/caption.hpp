@@ -13,13 +13,13 @@ namespace afterglow::nodes {
 /// UTF-8, one line each, drawn smaller where the image is too narrow. Empty parts are left out.
 struct Caption {
   std::string tag;     ///< a word or two in a colored field before the text: "live", "replay"
-  std::string text;    ///< what is being shown
-  std::string speech;  ///< what the robot is saying
-  std::string asked = {};  ///< what a human has asked it, shown in place of `text`
+  std::string text;    ///< words on what is being shown
+  std::string speech;  ///< the robot's words now
+  std::string asked = {};  ///< a human's question, shown in place of `text`
   bool has_ghosts = false;  ///< says in the corner of the strip what gray solids are
 };
 
-/// Of the strip below images of that width, pixels; even.
+/// Returns the height of the strip below images of that width, pixels; even.
 int stripHeight(int width);
 
 /// Part of an image, pixels.

@@ -24,11 +24,11 @@ constexpr const char* kPeakLimit = "0.84";  // -1.5 dB
 /// An utterance as the film hears it, seconds.
 struct Clip {
   Utterance utterance;
-  double skipped_s;  ///< of the utterance, before the film began
-  double begin_s;    ///< in the film
+  double skipped_s;  ///< part of the utterance before the film began
+  double begin_s;    ///< time in the film
 };
 
-/// What sounds within the film.
+/// Returns what sounds within the film.
 std::vector<Clip> clipsOf(const std::vector<Utterance>& said, double seconds) {
   std::vector<Clip> clips;
   for (const Utterance& utterance : said) {

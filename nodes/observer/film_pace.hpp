@@ -27,7 +27,7 @@ class ClockPair {
   std::vector<std::pair<double, double>> moments_;
 };
 
-/// What happens in a recording; spans in order of their beginnings.
+/// The events of a recording; spans in order of their beginnings.
 struct FilmEvents {
   double seconds = 0;  ///< the recording's length
   std::vector<FilmSpan> said;

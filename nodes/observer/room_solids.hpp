@@ -1,5 +1,5 @@
 /// \file
-/// What stands in a room, as solids that light falls on: things from messages, the robot, and the
+/// The things in a room, as solids that light falls on: things from messages, the robot, and the
 /// surfaces that a scene knows of.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace afterglow::nodes {
 
-/// Of a ProjectorScene that holds the room's things: /room/solids, a MarkerArray.
+/// Configures a ProjectorScene that holds the room's things: /room/solids, a MarkerArray.
 ProjectorConfig roomSolidsConfig(const std::string& fixed_frame);
 std::vector<render::Drawable> solidsOf(const render::Scene& scene);
 

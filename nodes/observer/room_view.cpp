@@ -163,7 +163,7 @@ void readWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
   addWall(from, to, height, readPlainColor(map, "color"), shell);
 }
 
-/// Behind the places, seen from `p_eye`.
+/// Adds floor and walls behind the places, as seen from `p_eye`.
 void addRoom(const Eigen::AlignedBox2d& places, const Eigen::Vector2d& p_eye, RoomView& room) {
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kToWall_m), middle = places.center();
   const Eigen::AlignedBox2d inside(places.min() - margin, places.max() + margin);

@@ -19,28 +19,28 @@ struct Look {
   Eigen::Vector3d p_eye = Eigen::Vector3d::Zero(), p_target = Eigen::Vector3d::UnitX();
   double vertical_fov = 0.8;  ///< radians
 };
-/// Where a bystander stands, and where they go while something is lit.
+/// The place of a bystander, and the one they go to while something is lit.
 struct Place {
   Look look;
   std::optional<Look> near = {};
   std::string near_frame =
-      {};  ///< its origin is where `near` counts from; empty: the fixed frame's
+      {};  ///< frame in which `near` counts; empty: the fixed frame
 };
-/// On the way from one place (0) to another (1).
+/// Interpolates from a place (0) to another (1).
 Look between(const Look& from, const Look& to, double share);
 
 struct RoomView {
   std::string fixed_frame;
-  int width = 1280, height = 720;       ///< of the images, pixels
-  Place place;                          ///< where a bystander stands at first
+  int width = 1280, height = 720;       ///< the images' size, pixels
+  Place place;                          ///< first place of a bystander
   std::map<std::string, Place> others;  ///< other places, by name
   std::vector<render::Drawable> shell;  ///< floor and walls
 };
 
-/// What is seen from there; World is the fixed frame.
+/// Returns the view from there; World is the fixed frame.
 render::ObserverView viewFrom(const Look& look, int width, int height);
 
-/// For a room that nobody has described: floor, and two walls behind these places (fixed frame),
+/// Makes a room that nobody has described: floor, and two walls behind these places (fixed frame),
 /// seen from the left of somebody who looks along `ahead` (any length), from so far away that they
 /// are in the picture.
 RoomView roomAround(const std::string& fixed_frame,
