@@ -23,7 +23,7 @@ class TaskError : public std::runtime_error {
 
 /// Sleeps in ROS time; not at all if `seconds` is not positive. Throws TaskError if ROS ends.
 void sleepFor(double seconds);
-/// Until the condition holds; false if it does not within so many seconds. Throws as sleepFor().
+/// Waits until the condition holds; false if it does not in so many seconds. Throws as sleepFor().
 bool waitUntil(const std::function<bool()>& condition, double seconds);
 
 /// A client of one goal at a time: a new one takes the place of the one before. Needs a running

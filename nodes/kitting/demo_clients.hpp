@@ -42,7 +42,7 @@ class AskClient {
 
   ActionClient client_;
   std::mutex mutex_;
-  std::optional<double> position_s_;  ///< as last told: it stands while the replay waits
+  std::optional<double> position_s_;  ///< position told last: it stands while the replay waits
   std::optional<AskResult> answer_;
   std::optional<ReplayActionResult> replay_;
   ros::Subscriber feedback_, answers_, replays_;

@@ -58,13 +58,13 @@ std::vector<std::string> replayTopics() {
   return topics;
 }
 
-/// While it lives its name stands on the terminal; then a line that says how it went.
+/// Shows its name on the terminal while it lives, then a line that says how it went.
 class Stage {
  public:
   explicit Stage(const std::string& name) : name_(name), waiting_(std::in_place, name) {}
   ~Stage() { end("FAILED", ""); }
 
-  /// It went well; `detail` says what came of it.
+  /// Ends well; `detail` says what came of it.
   void done(const std::string& detail) { end("done", detail); }
 
  private:
@@ -117,14 +117,14 @@ DemoReport DemoDirector::run() {
   return report_;
 }
 
-/// To the recorder, and to the robot's laser.
+/// Shows the things to the recorder, and to the robot's laser.
 void DemoDirector::showRoom() {
   solids_.publish(room_.markers());
   obstacles_.publish(room_.obstacles());
   if (recorded_ != nullptr) keepRoom();
 }
 
-/// For the ghosts of its replay.
+/// Keeps the room for the ghosts of its replay.
 void DemoDirector::keepRoom() {
   std::vector<RoomThen>& rooms = rooms_then_[recorded_->name];
   const double offset_s = (ros::WallTime::now() - recording_began_).toSec();
@@ -250,7 +250,7 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
                          latenessOf(measured.player_report).p99_ms));
 }
 
-/// What was there then goes its ways again, as a ghost.
+/// Moves the things that were there then as they went, as ghosts.
 void DemoDirector::onReplayed(double position, MeasuredBehavior& measured, Shown& shown) {
   auto& frames = measured.key_frames;
   if (shown.frames < frames.size() && position >= frames[shown.frames].offset_s) {

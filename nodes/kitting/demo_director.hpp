@@ -34,7 +34,7 @@ class DemoDirector {
     double offset_s;
     KittingRoom room;
   };
-  /// How much of a behavior's key frames and rooms has been shown in its replay.
+  /// The number of a behavior's key frames and rooms that its replay has shown.
   struct Shown {
     std::size_t frames = 0, rooms = 0;
   };
@@ -56,7 +56,7 @@ class DemoDirector {
   DemoStory story_;
   KittingRobot robot_;
   KittingRoom room_;
-  std::map<std::string, std::vector<RoomThen>> rooms_then_;  ///< by behavior, in order
+  std::map<std::string, std::vector<RoomThen>> rooms_then_;  ///< rooms by behavior, in order
   KittingTask task_;
   AskClient robot_asked_;
   DemoFilms films_;
@@ -64,7 +64,7 @@ class DemoDirector {
   tf2_ros::StaticTransformBroadcaster static_tf_;
   DemoReport report_;
   const BehaviorStory* recorded_ = nullptr;  ///< the behavior that is being done
-  ros::WallTime recording_began_;            ///< of a behavior or of its replay
+  ros::WallTime recording_began_;            ///< the behavior's or its replay's
 };
 
 }  // namespace afterglow::nodes

@@ -35,7 +35,7 @@ class DemoFilms {
 
   const DemoFolders folders_;
   const WorkFolder work_;
-  std::vector<std::string> parts_;  ///< of the long film
+  std::vector<std::string> parts_;  ///< parts of the long film
   std::vector<std::future<void>> running_;
 };
 

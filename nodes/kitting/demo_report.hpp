@@ -1,5 +1,5 @@
 /// \file
-/// What the demo measured, as summary.json and as a page for people. Pure: values in, text out.
+/// The demo's measurements, as summary.json and as a page for people. Pure: values in, text out.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,50 +18,50 @@ namespace afterglow::nodes {
 /// The same moment of a behavior when it was done and when it was replayed.
 struct KeyFrame {
   std::string moment;
-  double offset_s = 0;       ///< into the behavior
+  double offset_s = 0;       ///< time into the behavior
   std::string live, replay;  ///< images, frames/NAME.png and frames/NAME_projector.png
-  double replay_offset_s = 0;  ///< into the recording of its replay
+  double replay_offset_s = 0;  ///< time into the recording of its replay
 };
 
-/// Where a behavior left the robot.
+/// The robot's place at a behavior's end.
 struct EndPose {
   replay::PlanarPose base;                                      ///< map
   Eigen::Vector3d p_gripper = Eigen::Vector3d::Zero();  ///< map
 };
 
-/// One behavior, done and replayed.
+/// A behavior, done and replayed.
 struct MeasuredBehavior {
   replay::Behavior behavior;
   std::vector<replay::TopicSummary> topics;  ///< its own ones; count 0: nothing was said there
-  std::uint64_t messages = 0, dropped = 0;   ///< as the recorder counted
+  std::uint64_t messages = 0, dropped = 0;   ///< the recorder's counts
   std::string says;
   std::vector<KeyFrame> key_frames;
   EndPose live_end, replay_end;
   double replay_s = 0;
-  nlohmann::json player_report;  ///< as the player gave it
+  nlohmann::json player_report;  ///< the player's
   std::int64_t replay_id = 0;    ///< the replay, recorded
   std::string film;  ///< the short one, relative to the report; empty: none
 };
 
 struct DemoReport {
   std::string date;                                           ///< local, to the minute
-  std::vector<std::pair<std::string, std::string>> versions;  ///< of what, which
+  std::vector<std::pair<std::string, std::string>> versions;  ///< versions by name
   std::vector<MeasuredBehavior> behaviors;
   std::string video, store;  ///< relative to the report
-  std::string folder;        ///< of the report, as people type it
+  std::string folder;        ///< the report's folder, as people type it
   std::string assets;        ///< the demo's own folder, as people type it
   std::string command;       ///< the afterglow command, as people type it
   double wall_s = 0;         ///< the whole demo
 };
 
-/// How far two ends are apart: centimeters on the floor, degrees of heading, centimeters between
+/// The distance of two ends: centimeters on the floor, degrees of heading, centimeters between
 /// the grippers.
 struct EndError {
   double base_cm = 0, heading_deg = 0, gripper_cm = 0;
 };
 EndError endError(const EndPose& recorded, const EndPose& replayed);
 
-/// How late messages went out, milliseconds: each the worst topic's, from the player's report.
+/// The lateness of messages, milliseconds: each the worst topic's, from the player's report.
 struct ReplayLateness {
   double median_ms = 0, p99_ms = 0, max_ms = 0;
 };
@@ -78,7 +78,7 @@ std::vector<std::string> commandsToTry(const DemoReport& report);
 
 nlohmann::json summaryJson(const DemoReport& report);
 
-/// One page that needs no network and no script; video and images lie beside it.
+/// A page that needs no network and no script; video and images lie beside it.
 std::string reportHtml(const DemoReport& report, const DemoStory& story);
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// What the demo tells people: captions of its films, words of its report.
+/// The demo's words for people: captions of its films, texts of its report.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace afterglow::nodes {
 
 struct BehaviorStory {
-  std::string name;  ///< of the behavior: "pick"
+  std::string name;  ///< the behavior's: "pick"
   std::string title, caption, question, explanation;
   /// Moments worth an image, by name, in order, and what happens at each.
   std::vector<std::pair<std::string, std::string>> moments;
@@ -18,7 +18,7 @@ struct BehaviorStory {
 
 struct DemoStory {
   std::string title, subtitle;
-  std::vector<BehaviorStory> behaviors;  ///< in the order they are done
+  std::vector<BehaviorStory> behaviors;  ///< behaviors in the order they are done
 };
 
 /// Throws std::runtime_error "FILE:LINE: what is wrong".

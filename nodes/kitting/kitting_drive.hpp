@@ -27,7 +27,7 @@ class KittingDrive {
 
   KittingDrive(KittingRobot& robot, const KittingRoom& room, Callbacks callbacks);
 
-  /// Until it has arrived; obstacle and way stay lit.
+  /// Drives until it has arrived; obstacle and way stay lit.
   void run();
   void clearLight();
 

@@ -17,7 +17,7 @@ namespace {
 using visualization_msgs::Marker;
 
 constexpr float kGhostAlpha = 0.25f;
-/// Of a ghost only parts are shown that are so long, of the longest one: more is a tangle of lines.
+/// The least length of a ghost's part that is shown, of its longest: more is a tangle of lines.
 constexpr float kGhostPart = 0.39f;
 constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows
 constexpr std::size_t kBeams = 662;
@@ -41,7 +41,7 @@ float extentOf(const render::Drawable& part) {
   return (cylinder ? cylinder->size : std::get<render::Cube>(part.shape).size).maxCoeff();
 }
 
-/// Whether a ghost of the thing shows this part.
+/// Returns true if a ghost of the thing shows this part.
 bool isTelling(const render::Drawable& part, const Thing& thing) {
   const auto is_shorter = [](const auto& a, const auto& b) { return extentOf(a) < extentOf(b); };
   const auto longest = std::max_element(thing.parts.begin(), thing.parts.end(), is_shorter);

@@ -26,7 +26,7 @@ using replay::GoalOutcome;
 
 constexpr std::chrono::milliseconds kGoalLook(20);  // at a goal that is under way
 constexpr double kLivePatience = 3.0;               // s
-/// Beyond what a goal was given to get to the start.
+/// The time beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 90;  // s
 
 /// Nothing for an empty clause.

@@ -38,7 +38,7 @@ class GuardedSink : public replay::MessageSink {
   GuardedSink(const GuardedSink&) = delete;
   GuardedSink& operator=(const GuardedSink&) = delete;
 
-  /// Until the watchdogs are connected to whoever listens, and it is known how long they wait.
+  /// Waits until the watchdogs are connected to whoever listens, and their patience is known.
   /// Throws std::runtime_error, one line, if they do not get ready.
   void waitUntilReady(const std::function<bool()>& is_stopped);
   /// Returns the guards after that: who watches, and how long.

@@ -83,7 +83,7 @@ std::string PlayerServices::setPaused(const Session& session, bool pauses,
   return pauses ? "paused" : "resumed";
 }
 
-/// With the lock held.
+/// Needs the lock held.
 std::set<std::string>& PlayerServices::pausersOf(const Session& session) {
   if (paused_.lock() != session || !session->isPaused()) pausers_.clear();
   paused_ = session;

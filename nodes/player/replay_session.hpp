@@ -85,8 +85,8 @@ class ReplaySession {
   const replay::PlayPlan plan_;
   mutable std::mutex mutex_;
   std::vector<replay::MotionPeak> peaks_;   ///< peaks by the limits as they are known
-  std::unique_ptr<BodyGate> gate_;          ///< while run() plays what moves the robot
-  std::unique_ptr<replay::Player> player_;  ///< while run() plays
+  std::unique_ptr<BodyGate> gate_;          ///< set while run() plays what moves the robot
+  std::unique_ptr<replay::Player> player_;  ///< set while run() plays
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
   bool is_halted_ = false;  ///< nobody holds the button that lets it move

@@ -53,7 +53,7 @@ struct BaseOptions {
 /// The frames of today's robot, which may be another one's: as the plan renames them.
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan);
 
-/// What a plan's recording tells of the base's drive.
+/// The base's drive, as far as a plan's recording tells.
 struct RecordedDrive {
   /// Throws as ReplayedBase.
   RecordedDrive(const replay::Store& store, const replay::PlayPlan& plan,

@@ -71,7 +71,7 @@ class ReplayTime {
   std::unique_ptr<replay::FollowedClock> followed_;  ///< if another clock is followed
   std::unique_ptr<replay::Clock> own_;               ///< else
   std::string note_;
-  CallbackThread thread_;  ///< of what is heard on /clock
+  CallbackThread thread_;  ///< hears /clock
 };
 
 }  // namespace afterglow::nodes
