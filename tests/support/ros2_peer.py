@@ -8,12 +8,13 @@ import threading
 import traceback
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 
-def qos(reliable=True, latched=False, depth=1000):
-    return QoSProfile(depth=depth,
+def qos(reliable=True, latched=False, depth=1000, deadline_s=0):
+    return QoSProfile(depth=depth, deadline=Duration(seconds=deadline_s),
                       reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
                       durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
 
@@ -39,7 +40,7 @@ def subscribers(topic):
     return node.count_subscribers(topic)
 
 
-rclpy.init()
+rclpy.init(args=sys.argv[2:])
 node = rclpy.create_node(sys.argv[1])
 executor = MultiThreadedExecutor(2)
 executor.add_node(node)

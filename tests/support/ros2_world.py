@@ -56,10 +56,10 @@ def until(condition, what):
 
 class Ros2Node:
     """A program of rclpy."""
-    def __init__(self, name):
+    def __init__(self, name, *arguments):
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-        self.process = subprocess.Popen([PYTHON, os.path.join(HERE, "ros2_peer.py"), name], env=environment,
-                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True)
+        self.process = subprocess.Popen([PYTHON, os.path.join(HERE, "ros2_peer.py"), name, *arguments],
+                                        env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True)
         self.process.stdout.readline()
 
     def run(self, code):
@@ -92,8 +92,10 @@ class World:
         self.bridge = subprocess.Popen([BRIDGE], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def end(self):
+        """Returns the bridge's exit status."""
         import rospy
         for process in (self.bridge, self.master):
             process.send_signal(signal.SIGINT)
             process.wait()
         rospy.signal_shutdown("done")
+        return self.bridge.returncode
