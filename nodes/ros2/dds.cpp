@@ -49,8 +49,9 @@ const auto kOk = dds::RETCODE_OK;
 using Udp = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 
 constexpr const char* kLoopback = "127.0.0.1";
-/// Where participants look for each other, by the standard.
+/// Where participants look for each other, by the standard (DDSI-RTPS 2.5, 9.6.2).
 constexpr const char* kMulticast = "239.255.0.1";
+constexpr std::uint32_t kFirstPort = 7400, kLastPort = 65535, kDomainPorts = 250;
 /// As many participants of a machine are looked for at its loopback: all that have ports.
 constexpr std::uint32_t kParticipants = 120;
 /// A message of 10 MB is 160 datagrams that come at once. The kernel gives what it allows.
@@ -315,13 +316,15 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     // silently.
     const auto udp = std::make_shared<Udp>();
     udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
-    udp->maxInitialPeersRange = kParticipants;
     qos.transport().use_builtin_transports = false;
     qos.transport().user_transports.push_back(udp);
     auto& builtin = qos.wire_protocol().builtin;
-    builtin.initialPeersList.push_back(locatorOf(kLoopback));
+    const std::uint32_t port = kFirstPort + kDomainPorts * network.domain;
+    for (std::uint32_t i = 0; i < kParticipants && port + 10 + 2 * i <= kLastPort; ++i) {
+      builtin.initialPeersList.push_back(locatorOf(kLoopback, port + 10 + 2 * i));
+    }
     if (network.is_subnet) {
-      builtin.initialPeersList.push_back(locatorOf(kMulticast));
+      builtin.initialPeersList.push_back(locatorOf(kMulticast, port));
     } else {
       // Nobody is told of it but at this machine's loopback, and nothing is heard but what is sent
       // to it: no multicast. A white list would not do, as nodes that reach for the network tell
@@ -334,9 +337,10 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     return qos;
   }
 
-  static rtps::Locator_t locatorOf(const char* address) {
+  static rtps::Locator_t locatorOf(const char* address, std::uint32_t port) {
     rtps::Locator_t locator;
     rtps::IPLocator::setIPv4(locator, address);
+    rtps::IPLocator::setPhysicalPort(locator, static_cast<std::uint16_t>(port));
     return locator;
   }
 
