@@ -19,10 +19,10 @@ wheels = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
 light = rospy.Publisher("/projector/nav/path", MarkerArray, queue_size=1)
 turret = actionlib.ActionClient("/projector/follow_joint_trajectory", FollowJointTrajectoryAction)
 speech = rospy.Publisher("/robotsound", SoundRequest, queue_size=1)
-
 aim = FollowJointTrajectoryGoal()
 aim.trajectory.joint_names = ["projector_pan_joint", "projector_tilt_joint"]
-aim.trajectory.points = [JointTrajectoryPoint(positions=[0.85, 0.95], time_from_start=rospy.Duration(2))]
+aim.trajectory.points = [JointTrajectoryPoint(positions=rad, time_from_start=rospy.Duration(s))
+                         for s, rad in ((2, [0.85, 0.95]), (SECONDS - 2, [0.85, 0.95]), (SECONDS, [0, 0]))]  # and back
 circle = Marker(type=Marker.LINE_STRIP, lifetime=rospy.Duration(SECONDS))
 circle.header.frame_id, circle.scale.x, circle.color.g, circle.color.a = "map", 0.15, 1, 1
 circle.points = [Point(RADIUS * math.sin(i / 10.0), RADIUS * (1 - math.cos(i / 10.0)), 0) for i in range(64)]
@@ -32,8 +32,8 @@ with Recording("drive", topics=[turret.ns + "/goal", wheels.name, light.name, sp
     turret.send_goal(aim)
     light.publish([circle])
     speech.publish(sound=SoundRequest.SAY, command=1, volume=1, arg="I do not go straight: a circle takes me home.")
-    begin = rospy.get_time()
-    while rospy.get_time() < begin + SECONDS:
-        speed = TURN * min(1, rospy.get_time() - begin, begin + SECONDS - rospy.get_time())
+    end = rospy.get_time() + SECONDS
+    while rospy.get_time() < end:
+        speed = TURN * min(1, rospy.get_time() - end + SECONDS, end - rospy.get_time())
         wheels.publish(Vector3(RADIUS * speed, 0, 0), Vector3(0, 0, speed))
         rospy.sleep(0.05)

@@ -16,7 +16,8 @@ light = rospy.Publisher("/projector/nav/path", MarkerArray, queue_size=1)
 
 aim = FollowJointTrajectoryGoal()
 aim.trajectory.joint_names = ["projector_pan_joint", "projector_tilt_joint"]
-aim.trajectory.points = [JointTrajectoryPoint(positions=[0.26, 0.95], time_from_start=rospy.Duration(1.5))]
+aim.trajectory.points = [JointTrajectoryPoint(positions=rad, time_from_start=rospy.Duration(s))
+                         for s, rad in ((1.5, [0.26, 0.95]), (6.5, [0.26, 0.95]), (8, [0, 0]))]  # and back
 
 turret.wait_for_server()
 with Recording("light", topics=[turret.ns + "/goal", light.name], tags=["example"]):
@@ -28,4 +29,4 @@ with Recording("light", topics=[turret.ns + "/goal", light.name], tags=["example
         spot.scale.x, spot.scale.y, spot.scale.z = 0.25, 0.25, 0.01
         light.publish([spot])
         rospy.sleep(1)
-    rospy.sleep(2)
+    rospy.sleep(4)

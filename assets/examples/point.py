@@ -15,14 +15,14 @@ head = actionlib.ActionClient("/head_controller/point_head", PointHeadAction)
 turret = actionlib.ActionClient("/projector/follow_joint_trajectory", FollowJointTrajectoryAction)
 light = rospy.Publisher("/projector/nav/path", MarkerArray, queue_size=1)
 speech = rospy.Publisher("/robotsound", SoundRequest, queue_size=1)
-
 look = PointHeadGoal()
 look.min_duration = rospy.Duration(1.5)
 look.target.header.frame_id, look.target.point.x, look.target.point.y = "base_link", X, Y
 aim = FollowJointTrajectoryGoal()
 aim.trajectory.joint_names = ["projector_pan_joint", "projector_tilt_joint"]
-aim.trajectory.points = [JointTrajectoryPoint(positions=[0.36, 0.95], time_from_start=rospy.Duration(1.5))]
-spot = Marker(type=Marker.CYLINDER, lifetime=rospy.Duration(5))
+aim.trajectory.points = [JointTrajectoryPoint(positions=rad, time_from_start=rospy.Duration(s))
+                         for s, rad in ((1.5, [0.36, 0.95]), (5.5, [0.36, 0.95]), (7, [0, 0]))]  # and back
+spot = Marker(type=Marker.CYLINDER, lifetime=rospy.Duration(4))
 spot.header.frame_id, spot.pose.position.x, spot.pose.position.y = "base_link", X, Y
 spot.scale.x, spot.scale.y, spot.scale.z, spot.color.g, spot.color.a = 0.5, 0.5, 0.01, 1, 1
 
@@ -33,4 +33,7 @@ with Recording("point", topics=[head.ns + "/goal", turret.ns + "/goal", light.na
     rospy.sleep(1.5)
     light.publish([spot])
     speech.publish(sound=SoundRequest.SAY, command=1, volume=1, arg="There you can put the box.")
-    rospy.sleep(5)
+    rospy.sleep(4)
+    look.target.point.x, look.target.point.y, look.target.point.z = 5, 0, 1.1  # ahead again
+    head.send_goal(look)
+    rospy.sleep(2)

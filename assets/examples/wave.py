@@ -21,18 +21,19 @@ speech = rospy.Publisher("/robotsound", SoundRequest, queue_size=1)
 
 wave, aim = FollowJointTrajectoryGoal(), FollowJointTrajectoryGoal()
 wave.trajectory.joint_names, aim.trajectory.joint_names = JOINTS, ["projector_pan_joint", "projector_tilt_joint"]
-for goal, path in ((wave, PATH), (aim, [(1.5, [0.26, 0.95])])):
+for goal, path in ((wave, PATH), (aim, [(1.5, [0.26, 0.95]), (9.5, [0.26, 0.95]), (11, [0, 0])])):  # and back
     goal.trajectory.points = [JointTrajectoryPoint(positions=rad, time_from_start=rospy.Duration(s)) for s, rad in path]
-hello = Marker(type=Marker.TEXT_VIEW_FACING, text="HI", lifetime=rospy.Duration(10))
+hello = Marker(type=Marker.TEXT_VIEW_FACING, text="HI", lifetime=rospy.Duration(8))
 hello.header.frame_id, hello.scale.z, hello.pose.position.x = "base_link", 0.5, 1.5
 hello.color.r, hello.color.g, hello.color.a = 1, 0.8, 1
 
 arm.wait_for_server(), turret.wait_for_server()
 topics = [arm.ns + "/goal", turret.ns + "/goal", light.name, speech.name]
 with Recording("wave", topics=topics, tags=["example"]) as recording:
-    turret.send_goal(aim), light.publish([hello])
+    aimed, waved = turret.send_goal(aim), arm.send_goal(wave)
     speech.publish(sound=SoundRequest.SAY, command=1, volume=1, arg="Hello! I wave because I am glad to see you.")
-    waved = arm.send_goal(wave)
-    rospy.sleep(11.5)
-    if waved.get_goal_status() != 3:  # SUCCEEDED
+    rospy.sleep(1.5)
+    light.publish([hello])
+    rospy.sleep(10)
+    if {aimed.get_goal_status(), waved.get_goal_status()} != {3}:  # SUCCEEDED
         recording.fail()
