@@ -257,6 +257,7 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     return topic;
   }
 
+  DdsGuid guid() const { return toGuid(participant_->guid()); }
   dds::Publisher& publisher() { return *publisher_; }
   dds::Subscriber& subscriber() { return *subscriber_; }
   void tellMisfit(const std::string& topic, dds::QosPolicyId_t policy) const {
@@ -392,6 +393,7 @@ std::vector<DdsEndpoint> DdsParticipant::endpoints() const { return state_->endp
 std::optional<DdsQos> DdsParticipant::qosOf(const DdsGuid& guid) const {
   return state_->qosOf(guid);
 }
+DdsGuid DdsParticipant::guid() const { return state_->guid(); }
 
 // ----------------------------------------------------------------------------------------- writer
 class DdsWriter::State : public dds::DataWriterListener {

@@ -90,6 +90,7 @@ class DdsParticipant {
   /// What one of them offers or asks for; empty: there is none of that name. Any thread, those of
   /// DDS, too.
   std::optional<DdsQos> qosOf(const DdsGuid& guid) const;
+  DdsGuid guid() const;
 
  private:
   friend class DdsReader;

@@ -112,8 +112,23 @@ void Ros2BridgeNode::askRos1() {
   }
 }
 
+void Ros2BridgeNode::announce(const std::vector<DdsEndpoint>& all) {
+  const bool has_nodes = std::any_of(all.begin(), all.end(), [](const auto& one) {
+    return replay::topicOfDds(one.topic).has_value();
+  });
+  if (announcement_ || !has_nodes) return;
+  const bool is_before_iron =
+      std::all_of(all.begin(), all.end(), [](const auto& one) { return one.type_hash.empty(); });
+  const DdsGuid guid = participant_.guid();
+  announcement_ = std::make_unique<DdsWriter>(participant_, replay::kNodesTopic, replay::kNodesType,
+                                              DdsQos{true, true, 1});
+  announcement_->write(replay::nodeAnnouncement({guid.bytes.begin(), guid.bytes.end()},
+                                                ros::this_node::getName(), is_before_iron));
+}
+
 bool Ros2BridgeNode::look() {
   const std::vector<DdsEndpoint> all = participant_.endpoints();
+  announce(all);
   std::map<std::string, Sides> ros2;
   for (const DdsEndpoint& endpoint : all) {
     const auto topic = replay::topicOfDds(endpoint.topic);

@@ -52,6 +52,8 @@ class Ros2BridgeNode {
   void work();
   /// Brings what is carried in line with both graphs. Returns false if an answer is awaited.
   bool look();
+  /// Tells the graph of ROS 2 of this node, once there is one.
+  void announce(const std::vector<DdsEndpoint>& all);
   void askRos1();
   bool toRos1(const std::string& topic, const std::vector<DdsEndpoint>& writers,
               const std::vector<DdsEndpoint>& all);
@@ -69,6 +71,7 @@ class Ros2BridgeNode {
   std::condition_variable changed_;
   bool is_changed_ = false, is_ending_ = false;
   DdsParticipant participant_;
+  std::unique_ptr<DdsWriter> announcement_;
   Ros2Types types_;
   MasterLink master_;
   RosGraph ros1_;  ///< as the master told last

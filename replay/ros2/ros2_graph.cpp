@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "replay/messages/text.hpp"
+#include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -13,6 +14,7 @@ constexpr std::string_view kTopics = "rt/", kRequests = "rq/", kRequest = "Reque
 constexpr std::string_view kBetween = "::dds_::";
 /// Ports of higher domains are no ports.
 constexpr std::uint32_t kHighestDomain = 232;
+constexpr std::size_t kOldGuid = 24;
 
 std::uint32_t domainOf(const char* text) {
   if (!text || !*text) return 0;
@@ -32,6 +34,17 @@ bool isSubnet(const std::string& range) {
   if (range.empty() || range == "LOCALHOST" || range == "SYSTEM_DEFAULT") return false;
   throw std::invalid_argument("ROS_AUTOMATIC_DISCOVERY_RANGE is '" + range.substr(0, 40) +
                               "'; expected LOCALHOST or SUBNET");
+}
+
+void putNumber(Bytes& cdr, std::uint32_t number) {
+  cdr.resize((cdr.size() + 3) / 4 * 4 + 4);
+  storeNumber(&cdr[cdr.size() - 4], number);
+}
+
+void putText(Bytes& cdr, const std::string& text) {
+  putNumber(cdr, static_cast<std::uint32_t>(text.size() + 1));
+  cdr.insert(cdr.end(), text.begin(), text.end());
+  cdr.push_back(0);
 }
 
 }  // namespace
@@ -79,6 +92,19 @@ std::optional<std::string> serviceOfDds(const std::string& request_topic) {
   }
   const std::size_t begin = kRequests.size() - 1;
   return request_topic.substr(begin, request_topic.size() - kRequest.size() - begin);
+}
+
+Bytes nodeAnnouncement(const Bytes& participant, const std::string& node, bool is_before_iron) {
+  Bytes cdr = {0, 1, 0, 0};
+  cdr.insert(cdr.end(), participant.begin(), participant.end());
+  cdr.resize(4 + (is_before_iron ? kOldGuid : participant.size()));
+  putNumber(cdr, 1);
+  const std::size_t last = node.rfind('/');
+  putText(cdr, last == 0 ? "/" : node.substr(0, last));
+  putText(cdr, node.substr(last + 1));
+  putNumber(cdr, 0);
+  putNumber(cdr, 0);
+  return cdr;
 }
 
 bool isBridged(const std::string& topic) {

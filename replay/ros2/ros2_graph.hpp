@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "replay/messages/message.hpp"
+
 namespace afterglow::replay {
 
 /// "rt/a/b" of the topic "/a/b".
@@ -31,6 +33,14 @@ ServiceNames serviceNames(const std::string& service, const std::string& type);
 /// "/node/get_type_description" of "rq/node/get_type_descriptionRequest"; empty for what is no
 /// topic of requests.
 std::optional<std::string> serviceOfDds(const std::string& request_topic);
+
+/// The topic on which each participant tells of its nodes, as DDS has it.
+inline constexpr const char* kNodesTopic = "ros_discovery_info";
+inline constexpr const char* kNodesType = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+/// The message there of a participant that has one node, without its readers and writers, in CDR.
+/// `participant`: its GUID, 16 bytes; `node`: "/robot1/bridge". Nodes before Iron, which tell no
+/// types' hashes, have GUIDs of 24 bytes there.
+Bytes nodeAnnouncement(const Bytes& participant, const std::string& node, bool is_before_iron);
 
 /// Whether a bridge carries the topic: not the graph's own (/rosout, /parameter_events), nor those
 /// of actions, which are translated.

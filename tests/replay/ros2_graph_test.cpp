@@ -6,6 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "tests/support/cdr_bytes.hpp"
+
 namespace afterglow::replay::ros2_graph_test {
 namespace {
 
@@ -49,6 +51,23 @@ TEST(Ros2Graph, namesServicesAsRmwDoes) {
   EXPECT_EQ(names.reply_type, "test_msgs::action::dds_::Fibonacci_SendGoal_Response_");
   EXPECT_EQ(serviceOfDds(names.request_topic), "/fibonacci/_action/send_goal");
   EXPECT_EQ(serviceOfDds(names.reply_topic), std::nullopt);
+}
+
+TEST(Ros2Graph, isToldOfANode) {
+  const Bytes guid(16, 7);
+  const Bytes cdr = test::CdrBytes(false, 0)
+                        .put(std::uint64_t{0x0707070707070707})
+                        .put(std::uint64_t{0x0707070707070707})
+                        .put(1)
+                        .text("/robot1")
+                        .text("bridge")
+                        .put(0)
+                        .put(0);
+  EXPECT_EQ(nodeAnnouncement(guid, "/robot1/bridge", false), cdr);
+  Bytes longer = cdr;
+  longer.insert(longer.begin() + 20, 8, 0);
+  EXPECT_EQ(nodeAnnouncement(guid, "/robot1/bridge", true), longer);
+  EXPECT_EQ(nodeAnnouncement(guid, "/b", false)[28], '/');
 }
 
 TEST(Ros2Graph, keepsTheGraphsOwnTopics) {
