@@ -170,18 +170,19 @@ std::string definitionMd5(const std::string& type, const std::string& text) {
   return Md5Maker(sections).md5Of(type);
 }
 
-std::optional<std::string> DefinitionFolders::text(const std::string& type) const {
+std::optional<std::string> DefinitionFolders::text(const std::string& type,
+                                                   const std::string& kind) const {
   const std::size_t slash = type.find('/');
   if (slash == std::string::npos || type.find_first_of("/.", slash + 1) != std::string::npos ||
       type.find('.') != std::string::npos) {
     return std::nullopt;
   }
   const std::string package = type.substr(0, slash);
-  const std::string file = type.substr(slash + 1) + ".msg";
+  const std::string file = type.substr(slash + 1) + "." + kind;
   for (const fs::path folder : folders_) {
-    if (auto text = fileText(folder / package / "msg" / file)) return text;
+    if (auto text = fileText(folder / package / kind / file)) return text;
     if (folder.filename() == package) {
-      if (auto text = fileText(folder / "msg" / file)) return text;
+      if (auto text = fileText(folder / kind / file)) return text;
     }
     for (const fs::path named : namedFolders(folder / package, package)) {
       if (auto text = fileText(named / file)) return text;
@@ -190,10 +191,9 @@ std::optional<std::string> DefinitionFolders::text(const std::string& type) cons
   return std::nullopt;
 }
 
-std::optional<std::string> DefinitionFolders::fullText(const std::string& type) const {
-  const auto root = text(type);
-  if (!root) return std::nullopt;
-  std::string full = *root + "\n";
+std::string DefinitionFolders::withContained(const std::string& type,
+                                             const std::string& root) const {
+  std::string full = root + "\n";
   std::vector<std::string> seen;
   // Depth first, each type where it is met first.
   const auto addContained = [&](const auto& self, const std::string& owner,
@@ -210,15 +210,38 @@ std::optional<std::string> DefinitionFolders::fullText(const std::string& type) 
       self(self, contained, *contained_text);
     }
   };
-  addContained(addContained, type, *root);
+  addContained(addContained, type, root);
   full.pop_back();
   return full;
+}
+
+std::optional<std::string> DefinitionFolders::fullText(const std::string& type) const {
+  const auto root = text(type);
+  if (!root) return std::nullopt;
+  return withContained(type, *root);
 }
 
 std::optional<Definition> DefinitionFolders::find(const std::string& type) const {
   const auto full = fullText(type);
   if (!full) return std::nullopt;
   return Definition{*full, definitionMd5(type, *full)};
+}
+
+std::optional<ActionText> DefinitionFolders::findAction(const std::string& type) const {
+  const auto whole = text(type, "action");
+  if (!whole) return std::nullopt;
+  std::vector<std::string> parts(1);
+  std::istringstream lines(*whole);
+  for (std::string line; std::getline(lines, line);) {
+    if (trimmed(line) == "---") {
+      parts.emplace_back();
+    } else {
+      parts.back() += line + "\n";
+    }
+  }
+  parts.resize(3);
+  for (std::string& part : parts) part = withContained(type, part);
+  return ActionText{parts[0], parts[1], parts[2]};
 }
 
 std::string mendDefinition(Channel& channel, const FindDefinition& find) {

@@ -21,6 +21,11 @@ struct Definition {
 /// MD5 of the type that the full text defines. Throws MessageError if Schema::parse() would.
 std::string definitionMd5(const std::string& type, const std::string& text);
 
+/// The parts of an action, each with the definitions of the types that it contains.
+struct ActionText {
+  std::string goal, result, feedback;
+};
+
 /// Folders of packages with messages: PACKAGE/msg/TYPE.msg, or the place that
 /// PACKAGE/cmake/PACKAGE-msg-paths.cmake of a catkin devel space names. Earlier folders come first.
 class DefinitionFolders {
@@ -33,9 +38,13 @@ class DefinitionFolders {
   /// The text of it alone, which need not be ROS 1's. Contained types that are not found are left
   /// out.
   std::optional<std::string> fullText(const std::string& type) const;
+  /// Likewise the texts of PACKAGE/action/TYPE.action of "PACKAGE/TYPE".
+  std::optional<ActionText> findAction(const std::string& type) const;
 
  private:
-  std::optional<std::string> text(const std::string& type) const;
+  std::optional<std::string> text(const std::string& type, const std::string& kind = "msg") const;
+  /// The definition with those of all contained types.
+  std::string withContained(const std::string& type, const std::string& root) const;
 
   std::vector<std::string> folders_;
 };

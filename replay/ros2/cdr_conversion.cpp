@@ -25,6 +25,21 @@ bool hasSequence(const MessageType& type) {
   return type.name == "std_msgs/Header" && !type.fields.empty() && type.fields[0].name == "seq";
 }
 
+/// Whether the zeros of a field say that there is none: it is a list, or a message of lists behind
+/// a header.
+bool saysNone(const Schema& schema, const Field& field) {
+  if (field.arity != Field::Arity::Single) return field.arity == Field::Arity::DynamicArray;
+  if (field.type != FieldType::Message) return false;
+  const MessageType& type = schema.types()[field.message];
+  const auto is_fine = [&](const Field& part) {
+    const bool is_header =
+        part.type == FieldType::Message && schema.types()[part.message].name == "std_msgs/Header";
+    return is_header || saysNone(schema, part);
+  };
+  return type.name != "std_msgs/Header" && !type.fields.empty() &&
+         std::all_of(type.fields.begin(), type.fields.end(), is_fine);
+}
+
 std::vector<Field>::const_iterator fieldOf(const MessageType& type, const std::string& name) {
   return std::find_if(type.fields.begin(), type.fields.end(),
                       [&](const Field& field) { return field.name == name; });
@@ -99,6 +114,18 @@ class CdrReader {
   /// IDL has no structure without members.
   void takeEmpty(bool is_outermost) {
     if (left() > 0 || !is_outermost) take(1);
+  }
+
+  /// Skips a field that must say that there is none.
+  void skipNone(const Field& field) {
+    if (!saysNone(schema_, field)) return skipField(field);
+    enter(field);
+    if (field.arity == Field::Arity::DynamicArray) {
+      if (count(field) > 0) fail("is not empty, and ROS 1 has no such field");
+    } else {
+      for (const Field& part : schema_.types()[field.message].fields) skipNone(part);
+    }
+    leave();
   }
 
   void skipField(const Field& field) {
@@ -279,7 +306,14 @@ class CdrWalk {
     const std::size_t source = sourceOf(link), target = targetOf(link);
     if (source == CdrConversion::kNone) return putNothing(targetType(type), target);
     const Field& field = sourceType(type).fields[source];
-    return target == CdrConversion::kNone ? from_.skipField(field) : copyField(field, link);
+    return target == CdrConversion::kNone ? skipExtra(field) : copyField(field, link);
+  }
+
+  void skipExtra(const Field& field) {
+    if constexpr (kToRos1) {
+      if (conversion_.extra_ == CdrConversion::Extra::Empty) return from_.skipNone(field);
+    }
+    from_.skipField(field);
   }
 
   /// Every field is looked for once before any is copied.
@@ -289,7 +323,8 @@ class CdrWalk {
       const std::size_t source = sourceOf(link);
       if (source == CdrConversion::kNone) continue;
       begins[source] = from_.offset();
-      from_.skipField(sourceType(type).fields[source]);
+      const Field& field = sourceType(type).fields[source];
+      targetOf(link) == CdrConversion::kNone ? skipExtra(field) : from_.skipField(field);
     }
     const std::size_t end = from_.offset();
     for (const Link& link : kToRos1 ? type.in_ros1_order : type.links) {
@@ -398,8 +433,8 @@ Bytes CdrConversion::toRos2(const Bytes& ros1) const {
 
 // --------------------------------------------------------------------------------------- the plan
 
-CdrConversion::CdrConversion(Schema ros2, Schema ros1, const Ros2Bounds& bounds)
-    : ros2_(std::move(ros2)), ros1_(std::move(ros1)) {
+CdrConversion::CdrConversion(Schema ros2, Schema ros1, const Ros2Bounds& bounds, Extra extra)
+    : ros2_(std::move(ros2)), ros1_(std::move(ros1)), extra_(extra) {
   plan(0, 0, "", bounds);
 }
 
@@ -443,7 +478,7 @@ CdrConversion::Link CdrConversion::linkOf(const Type& type, std::size_t ros2,
   Link link;
   link.ros2 = ros2;
   if (target == to.fields.end()) {
-    if (!isOnlyLookedAt(to.name)) throw MessageError("ROS 1 has no field " + path + source.name);
+    if (!isAllowedExtra(to, source)) throw MessageError("ROS 1 has no field " + path + source.name);
     return link;
   }
   link.ros1 = static_cast<std::size_t>(target - to.fields.begin());
@@ -460,6 +495,11 @@ CdrConversion::Link CdrConversion::linkOf(const Type& type, std::size_t ros2,
     link.type = plan(source.message, target->message, path + name + ".", bounds);
   }
   return link;
+}
+
+bool CdrConversion::isAllowedExtra(const MessageType& owner, const Field& field) const {
+  return isOnlyLookedAt(owner.name) || extra_ == Extra::PassedOver ||
+         (extra_ == Extra::Empty && saysNone(ros2_, field));
 }
 
 void CdrConversion::checkAllFound(const Type& type, const std::string& path) const {

@@ -19,13 +19,19 @@ namespace afterglow::replay {
 /// Converts the messages of one type both ways, by a plan that is made once: numbers that lie alike
 /// are copied as one piece. Each field goes with the one of its name and type, or with the one that
 /// ROS 2 renamed; their order does not matter. std_msgs/Header's `seq`, which ROS 2 has not,
-/// becomes 0. Fields that ROS 2 alone has are passed over, and written as zeros, in types that are
-/// only looked at (visualization_msgs). A value; safe from any thread.
+/// becomes 0. Fields that ROS 2 alone has are written as zeros where they are allowed. A value;
+/// safe from any thread.
 class CdrConversion {
  public:
+  /// Fields that ROS 2 alone has. Refused: but in types that are only looked at
+  /// (visualization_msgs), which lose them. Empty: allowed where empty means none (lists, and
+  /// messages of lists behind a header), and refused in messages that have something there.
+  /// PassedOver: all of them are lost.
+  enum class Extra { Refused, Empty, PassedOver };
   /// Both schemas are ROS 1's: `ros2` that of ros1Definition(), `ros1` that of the type's own
   /// definition. Throws MessageError, which says why, if a field has no partner.
-  CdrConversion(Schema ros2, Schema ros1, const Ros2Bounds& bounds = {});
+  CdrConversion(Schema ros2, Schema ros1, const Ros2Bounds& bounds = {},
+                Extra extra = Extra::Refused);
 
   /// Bytes behind the last field. rclpy's serialize_message() leaves some that mean nothing; where
   /// the definition is a guess, they tell that it is wrong.
@@ -66,11 +72,13 @@ class CdrConversion {
                    const Ros2Bounds& bounds);
   Link linkOf(const Type& type, std::size_t ros2, const std::string& path,
               const Ros2Bounds& bounds);
+  bool isAllowedExtra(const MessageType& owner, const Field& field) const;
   void checkAllFound(const Type& type, const std::string& path) const;
   Uniform uniformOf(const Type& type) const;
   Uniform uniformOf(const Field& field, const Link& link) const;
 
   Schema ros2_, ros1_;
+  Extra extra_;
   std::vector<Type> types_;  ///< [0] is the outermost
 };
 
