@@ -10,12 +10,13 @@
     for topic, message, stamp in last.messages():
         ...
 
-For Python 2.7 and 3. trees.py, for py_trees, is imported by itself: `from afterglow import trees`.
+For Python 2.7 and 3, with rospy; in a program of ROS 2 with rclpy, where rospy is in a process beside it (beside.py).
+trees.py, for py_trees, is imported by itself: `from afterglow import trees`.
 The package's messages live here, too: afterglow.msg, afterglow.srv.
 """
 from .recording import Recording, RecordingFailed, recorded
 from .replay import Replay, ReplayFailed, play
-from .store import Behavior, StoreError, find, said
+from .store import Behavior, StoreError, ask, find, said
 
-__all__ = ["Behavior", "Recording", "RecordingFailed", "Replay", "ReplayFailed", "StoreError", "find", "play",
-           "recorded", "said"]
+__all__ = ["Behavior", "Recording", "RecordingFailed", "Replay", "ReplayFailed", "StoreError", "ask", "find",
+           "play", "recorded", "said"]

@@ -9,7 +9,7 @@ try:
 except ImportError:  # Python 2
     import Queue as queue
 
-import rospy
+from . import beside
 
 RECORDER = "recorder_node"
 _LOOK_EVERY_S = 0.05
@@ -51,17 +51,23 @@ class _Recorder(object):
             self._requests.get()()
 
     def start(self, fields, timeout_s):
+        if beside.is_wanted():
+            return beside.ask("start", node=self._node, fields=fields, timeout_s=timeout_s).value()
         from afterglow.srv import StartRecording
         answer = self._call("start_recording", StartRecording, fields, timeout_s)
         if answer.message:
-            rospy.logwarn("recording '%s': %s", fields["name"], answer.message)
+            beside.warn("recording '{}': {}".format(fields["name"], answer.message))
         return answer.behavior_id
 
     def stop(self, behavior_id, outcome):
+        if beside.is_wanted():
+            beside.ask("stop", node=self._node, behavior_id=behavior_id, outcome=outcome).value()
+            return
         from afterglow.srv import StopRecording
         self._call("stop_recording", StopRecording, {"behavior_id": behavior_id, "outcome": outcome}, 0)
 
     def _call(self, service, kind, fields, timeout_s):
+        import rospy
         if not rospy.core.is_initialized():
             raise RecordingFailed("no recorder can be asked before rospy.init_node")
         name = self._node + "/" + service
@@ -82,6 +88,7 @@ class _Recorder(object):
 
 def _is_there(service, timeout_s):
     import rosgraph
+    import rospy
     master = rosgraph.Master(rospy.get_name())
     end = _now() + timeout_s
     while True:
@@ -210,7 +217,7 @@ class Recording(object):
         self._done.set()
 
     def _warn(self):
-        rospy.logwarn("'%s' is not recorded: %s", self._fields["name"], self.problem)
+        beside.warn("'{}' is not recorded: {}".format(self._fields["name"], self.problem))
 
 
 def recorded(name, **options):

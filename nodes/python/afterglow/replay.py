@@ -2,7 +2,7 @@
 import json
 import time
 
-import rospy
+from . import beside
 
 ACTION = "/replay"
 _TICK_S = 0.02
@@ -24,7 +24,8 @@ def play(behavior, action=ACTION, wait=True, timeout_s=5.0, **options):
     report as a dict, with wait=False a Replay. action: the player's, in another namespace another; timeout_s: how long
     it is waited for, also where it is gone or silent later. Raises ReplayFailed.
     """
-    replay = Replay(behavior, action, timeout_s, options)
+    kind = beside.Replay if beside.is_wanted() else Replay
+    replay = kind(behavior, action, timeout_s, options)
     return replay.result() if wait else replay
 
 
@@ -33,6 +34,7 @@ class Replay(object):
 
     def __init__(self, behavior, action, timeout_s, options):
         import actionlib
+        import rospy
         from afterglow.msg import ReplayAction, ReplayGoal
         self._client = actionlib.SimpleActionClient(action, ReplayAction)
         if not self._client.wait_for_server(rospy.Duration(timeout_s)):
@@ -52,6 +54,7 @@ class Replay(object):
 
     def result(self):
         """Waits for the end; the report as a dict."""
+        import rospy
         from actionlib import SimpleGoalState
         from actionlib_msgs.msg import GoalStatus
         stuck_s = 0.0

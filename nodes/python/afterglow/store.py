@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import tempfile
 
+from . import beside
+
 Topic = collections.namedtuple("Topic", "type count")
 #: time: seconds since the epoch; text is None for a sound's file, file for a sentence.
 Sentence = collections.namedtuple("Sentence", "time text file behavior name")
@@ -20,8 +22,11 @@ def _command():
         path = os.path.join(folder, "afterglow")
         if os.path.isfile(path) and os.access(path, os.X_OK):
             return path
-    import roslib.packages
-    found = roslib.packages.find_node("afterglow", "afterglow")
+    try:
+        import roslib.packages
+        found = roslib.packages.find_node("afterglow", "afterglow")
+    except ImportError:  # in a program of ROS 2
+        found = None
     if not found:
         raise StoreError("the command afterglow is not installed, nor in this workspace")
     return found[0]
@@ -67,8 +72,11 @@ class Behavior(object):
         """Its messages in the order of their times, as rosbag's read_messages: (topic, message, time).
 
         topics: these instead of its own; context such as "/tf" may be named. They are exported into a bag first, which
-        ends with the iterator.
+        ends with the iterator. Under rospy alone; for ROS 2 there is `afterglow export --ros2`.
         """
+        if beside.is_wanted():
+            raise StoreError("messages() reads a bag of ROS 1; for ROS 2: afterglow export {} --out FILE.mcap "
+                             "--ros2".format(self.id))
         import rosbag
         folder = tempfile.mkdtemp(prefix="afterglow_")
         try:
@@ -108,3 +116,12 @@ def said(before=None, since=None, limit=None, store=None):
     told = json.loads(_run("said", store, "--json", *_options(before=before, since=since, limit=limit)))
     return [Sentence(_seconds(one["received_ns"]), one["text"], one["file"], one["behavior"], one["name"])
             for one in told]
+
+
+def ask(question, store=None):
+    """Asks what the robot did, in words: "why did you not go straight?"
+
+    A dict, as `afterglow ask --json` tells it: answer ("found", "asked_back" or "unknown"), behavior (an id, or None),
+    sentence and others. play() shows the behavior. Raises StoreError.
+    """
+    return json.loads(_run("ask", store, "--json", "--", question))

@@ -2,7 +2,6 @@
 import re
 
 import py_trees
-import rospy
 
 from .recording import RECORDER, Recording
 
@@ -60,7 +59,7 @@ class RecordBehavior(py_trees.decorators.Decorator):
 
 
 class TreeObserver(object):
-    """Observes an unmodified tree: every change of a status is published, chosen nodes are recorded.
+    """Observes, under rospy, an unmodified tree: every change of a status is published, chosen nodes are recorded.
 
         observer = TreeObserver(tree, {"**/pick": dict(topics=["/tf"], pre_roll=0.5)})
 
@@ -72,6 +71,7 @@ class TreeObserver(object):
     """
 
     def __init__(self, tree, record=(), name="", topic="~tree_transitions", recorder=RECORDER):
+        import rospy
         from afterglow.msg import TreeTransition
         root = getattr(tree, "root", tree)
         self._tree = name or root.name
@@ -97,6 +97,7 @@ class TreeObserver(object):
                 self._on_change(node, node.status, node.node.status)
 
     def _on_change(self, node, before, now):
+        import rospy
         from afterglow.msg import TreeTransition
         stamp = rospy.Time.now()
         if now == _Status.RUNNING and node.options:
