@@ -40,7 +40,7 @@ struct Console {
                       api.answer(request, respond);
                     }};
 
-  Console() { index.refresh(); }
+  Console() { index.read(); }
 };
 
 sockaddr_in loopback(std::uint32_t host, std::uint16_t port) {
