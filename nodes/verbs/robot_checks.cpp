@@ -191,6 +191,22 @@ Checkup checkSpeech(const RobotProfile&, const RunningRobot& running) {
   return Checkup::ok("speech", *nodes.begin() + " speaks");
 }
 
+/// The values of a bridge's status that are named as a topic say why it is not carried.
+Checkup checkBridge(const diagnostic_msgs::DiagnosticStatus& bridge) {
+  std::vector<std::string> refused;
+  for (const auto& value : bridge.values) {
+    const bool is_topic = !value.key.empty() && value.key[0] == '/';
+    if (is_topic) refused.push_back(value.key + ": " + value.value);
+  }
+  const char* const name = "bridge to ROS 2";
+  const std::string found = bridge.name + " " + bridge.message;
+  if (refused.empty() && bridge.level == diagnostic_msgs::DiagnosticStatus::OK) {
+    return Checkup::ok(name, found);
+  }
+  return Checkup::advise(name, refused.empty() ? found : found + ": " + someOf(refused),
+                         "nodes/ros2/README.md says what is refused");
+}
+
 // --------------------------------------------------------------------------------------- all of it
 
 struct Check {
@@ -222,6 +238,9 @@ std::vector<Checkup> checkRobot(const RobotProfile& robot,
     if (!check.is_named) continue;
     findings.push_back(running ? check.check(robot, *running)
                                : Checkup::advise(check.name, "no master", "start the robot"));
+  }
+  if (running) {
+    for (const auto& [name, bridge] : running->bridges) findings.push_back(checkBridge(bridge));
   }
   return findings;
 }

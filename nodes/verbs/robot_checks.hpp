@@ -11,6 +11,7 @@
 namespace afterglow::nodes {
 
 /// A check for each thing that the profile names; without a name, those alone that need no profile.
+/// Each bridge to ROS 2 that was heard is a check, too.
 /// `running` without value: there is no master, and each check says so. Pure.
 std::vector<Checkup> checkRobot(const replay::RobotProfile& robot,
                                 const std::optional<RunningRobot>& running);

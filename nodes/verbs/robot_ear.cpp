@@ -1,5 +1,6 @@
 #include "nodes/verbs/robot_ear.hpp"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
@@ -24,6 +25,7 @@ constexpr double kNodePatience = 0.5;      // s
 constexpr std::size_t kMostTopics = 100;   // that are listened to
 constexpr std::size_t kMostFrames = 10000;  // of a tree, against those that make ever new ones
 constexpr std::size_t kMostJoints = 1000;
+constexpr std::size_t kMostBridges = 10;
 
 const std::set<std::string>& typesWithHeader() {
   static const std::set<std::string> types = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
@@ -55,6 +57,10 @@ class Ear {
         [this](const tf2_msgs::TFMessageConstPtr& message) { onTransforms(*message); };
     subscribers_.push_back(nh_.subscribe<tf2_msgs::TFMessage>("/tf", 100, take));
     subscribers_.push_back(nh_.subscribe<tf2_msgs::TFMessage>("/tf_static", 100, take));
+    const boost::function<void(const diagnostic_msgs::DiagnosticArrayConstPtr&)> look =
+        [this](const diagnostic_msgs::DiagnosticArrayConstPtr& array) { onDiagnostics(*array); };
+    subscribers_.push_back(
+        nh_.subscribe<diagnostic_msgs::DiagnosticArray>("/diagnostics", 100, look));
   }
 
   void listenTo(const std::string& topic) {
@@ -91,6 +97,14 @@ class Ear {
     stream.next(state);
     for (const std::string& name : state.name) {
       if (heard.joints.size() < kMostJoints) heard.joints.insert(name);
+    }
+  }
+
+  void onDiagnostics(const diagnostic_msgs::DiagnosticArray& array) {
+    for (const auto& status : array.status) {
+      if (status.hardware_id != kBridgeHardware) continue;
+      const bool is_known = robot_.bridges.count(status.name) > 0;
+      if (is_known || robot_.bridges.size() < kMostBridges) robot_.bridges[status.name] = status;
     }
   }
 

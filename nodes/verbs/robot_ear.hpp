@@ -2,6 +2,8 @@
 /// The running robot, as a node hears it in a few seconds: for `afterglow doctor` and `init`.
 #pragma once
 
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -16,6 +18,9 @@
 #include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
+
+/// The hardware that a bridge to ROS 2 says it is on /diagnostics.
+constexpr const char* kBridgeHardware = "ros2_bridge";
 
 /// The messages heard on a topic.
 struct HeardTopic {
@@ -35,6 +40,8 @@ struct RunningRobot {
   std::map<std::string, std::string> types;    ///< types of all topics
   std::map<std::string, HeardTopic> heard;     ///< topics that were listened to
   std::map<std::string, std::string> parents;  ///< parents of tf's frames
+  /// What bridges to ROS 2 last said, by their names.
+  std::map<std::string, diagnostic_msgs::DiagnosticStatus> bridges;
   std::set<std::string> living;                ///< nodes that answered of those that were asked
   double seconds = 0;                        ///< so long it was listened
   bool has_description = false;              ///< robot_description is set

@@ -17,6 +17,7 @@
 
 #include "nodes/player/robot_file.hpp"
 #include "nodes/projector/projector_config.hpp"
+#include "nodes/tools/diagnostics.hpp"
 #include "nodes/tools/program.hpp"
 #include "nodes/verbs/machine_checks.hpp"
 #include "nodes/verbs/robot_checks.hpp"
@@ -96,6 +97,24 @@ TEST(Doctor, saysOfEachCheckThatThereIsNoMaster) {
 
 TEST(Doctor, checksOfARobotWithoutAProfileWhatNeedsNone) {
   EXPECT_EQ(checkRobot({}, runningFetch()).size(), 3u) << "its description, the guard, speech";
+}
+
+TEST(Doctor, saysWhatABridgeToRos2CarriesAndWhyNotTheRest) {
+  RunningRobot running = runningFetch();
+  EXPECT_EQ(findingOf("bridge to ROS 2", running).name, "") << "a robot of ROS 1 needs none";
+  auto& bridge = running.bridges["ros2_bridge_node"];
+  bridge.name = "ros2_bridge_node";
+  bridge.message = "carries 3 topics to ROS 1, 1 to ROS 2";
+  addValue(bridge, "on_ros2", "5");
+  EXPECT_EQ(findingOf("bridge to ROS 2", running).words(),
+            "ok       bridge to ROS 2: ros2_bridge_node carries 3 topics to ROS 1, 1 to ROS 2");
+  bridge.level = diagnostic_msgs::DiagnosticStatus::WARN;
+  bridge.message += "; refuses 1";
+  addValue(bridge, "/own", "no node of ROS 2 tells its type, and ROS 1 knows none here");
+  EXPECT_EQ(findingOf("bridge to ROS 2", running).words(),
+            "advice   bridge to ROS 2: ros2_bridge_node carries 3 topics to ROS 1, 1 to ROS 2; "
+            "refuses 1: /own: no node of ROS 2 tells its type, and ROS 1 knows none here; "
+            "nodes/ros2/README.md says what is refused");
 }
 
 TEST(Doctor, namesWhatIsMissingAndWhatToDo) {

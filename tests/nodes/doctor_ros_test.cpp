@@ -1,4 +1,5 @@
 // `afterglow doctor` and `init` beside a robot that runs.
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -72,6 +73,20 @@ TEST_F(DoctorBesideARobot, findsWhatTheProfileNamesAndMissesItWhenTheRobotIsGone
     EXPECT_EQ(without[name], "problem") << name;
   }
   EXPECT_EQ(without["store"], "ok");
+}
+
+TEST_F(DoctorBesideARobot, hearsABridgeToRos2) {
+  diagnostic_msgs::DiagnosticArray array;
+  array.status.resize(2);
+  array.status[0].name = "ros2_bridge_node";
+  array.status[0].hardware_id = "ros2_bridge";
+  array.status[1].name = "motors";
+  ros::Publisher publisher =
+      node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 1, true);
+  publisher.publish(array);
+  auto with = levels();
+  EXPECT_EQ(with["bridge to ROS 2"], "ok");
+  EXPECT_EQ(with.count("motors"), 0u);
 }
 
 TEST_F(DoctorBesideARobot, writesFilesThatProjectorAndRoslaunchUnderstand) {

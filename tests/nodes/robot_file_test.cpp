@@ -159,6 +159,9 @@ TEST_F(RobotFileTest, aUrStopsWhenItsProgramDoesAndTakesNoEndlessVelocities) {
   EXPECT_EQ(classOf(ur, "/twist_controller/command", kTwist), "endless motion");
   EXPECT_EQ(classOf(ur, "/ur_hardware_interface/script_command", "std_msgs/String"),
             "endless motion");
+  EXPECT_EQ(classOf(ur, "/forward_velocity_controller/commands", kNumbers), "endless motion")
+      << "of ROS 2";
+  EXPECT_EQ(classOf(ur, "/urscript_interface/script_command", "std_msgs/String"), "endless motion");
   EXPECT_EQ(classOf(ur, "/ur_hardware_interface/safety_mode", "ur_dashboard_msgs/SafetyMode"),
             "other");
 }
