@@ -8,7 +8,7 @@ install(TARGETS afterglow afterglow_store
 install(TARGETS afterglow_guard recorder_node speaker_node
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 if(AFTERGLOW_WITH_ROS2)
-  install(TARGETS ros2_bridge_node
+  install(TARGETS afterglow_ros2_watch ros2_bridge_node
     RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 endif()
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play

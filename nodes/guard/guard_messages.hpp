@@ -7,6 +7,8 @@
 /// - in: /afterglow_guard/outputs (GuardOutputs), again until it is answered;
 /// - in: /afterglow_guard/beats (GuardBeat), every 20 ms;
 /// - out: /afterglow_guard/answers (GuardAnswer), one for each beat.
+///
+/// afterglow_ros2_watch (nodes/ros2/) has the same topics by its name; its beats come over ROS 2.
 #pragma once
 
 #include <ros/message_traits.h>
@@ -20,6 +22,10 @@
 
 namespace afterglow {
 namespace nodes {
+
+/// A bridge to ROS 2 is known on the graph by this topic of its own, latched: the network that it
+/// joins. What it hears goes to robots that no guard on ROS 1 reaches without it.
+constexpr const char* kRos2BridgeMark = "/ros2_network";
 
 /// A topic, and the message that stops what was set in motion by a player, as its bytes.
 struct GuardOutput {

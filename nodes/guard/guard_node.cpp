@@ -27,8 +27,9 @@ constexpr double kForgetPeriod = 1.0;             // s
 
 }  // namespace
 
-GuardNode::GuardNode()
-    : waker_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+GuardNode::GuardNode(MakeWays make_ways)
+    : make_ways_(std::move(make_ways)),
+      waker_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
       beats_node_("~"),
       outputs_node_("~"),
       beats_spinner_(1, &beats_queue_),
@@ -40,7 +41,7 @@ GuardNode::GuardNode()
   const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
   outputs_ =
       outputs_node_.subscribe("outputs", kQueue, &GuardNode::onOutputs, this, at_once);
-  beats_ = beats_node_.subscribe("beats", kQueue, &GuardNode::onBeat, this, at_once);
+  if (!make_ways_) beats_ = beats_node_.subscribe("beats", kQueue, &GuardNode::hear, this, at_once);
   timer_ = outputs_node_.createWallTimer(ros::WallDuration(kForgetPeriod), &GuardNode::onTimer,
                                          this);
   outputs_spinner_.start();
@@ -57,6 +58,11 @@ GuardNode::~GuardNode() {
 }
 
 void GuardNode::run() {
+  watch();
+  letMessagesLeave();
+}
+
+void GuardNode::watch() {
   replay::SteadyTime end = replay::SteadyTime::forever();
   while (ros::ok()) {
     const bool is_ending = isStopRequested();
@@ -117,7 +123,7 @@ void GuardNode::wake() const {
   if (::write(waker_, &one, sizeof one) < 0) return;  // it is awake already
 }
 
-void GuardNode::onBeat(const GuardBeat& beat) {
+void GuardNode::hear(const GuardBeat& beat) {
   GuardAnswer answer;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -135,22 +141,26 @@ void GuardNode::onOutputs(const GuardOutputs& outputs) {
     know(outputs);
   } catch (const std::exception& error) {  // a topic's name that is none
     ROS_ERROR_STREAM(outputs.name << " cannot be guarded: " << error.what());
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto player = players_.find(outputs.player);
+    if (player != players_.end()) player->second.stop(replay::sinceBoot(), error.what());
   }
 }
 
 void GuardNode::know(const GuardOutputs& outputs) {
-  GuardedPlayer::Publishers known;
+  GuardedPlayer::Ways known;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto player = players_.find(outputs.player);
     if (player != players_.end() && player->second.version() == outputs.version) return;
     if (player == players_.end() && players_.size() >= kMostPlayers) return;
-    if (player != players_.end()) known = player->second.publishers();
+    if (player != players_.end()) known = player->second.ways();
   }
-  const GuardedPlayer::Publishers publishers =
-      GuardedPlayer::advertise(outputs_node_, outputs, known);
+  const GuardedPlayer::Ways ways = make_ways_
+                                       ? make_ways_(outputs, known)
+                                       : GuardedPlayer::advertise(outputs_node_, outputs, known);
   const std::lock_guard<std::mutex> lock(mutex_);
-  players_[outputs.player].know(outputs, publishers, replay::sinceBoot());
+  players_[outputs.player].know(outputs, ways, replay::sinceBoot());
 }
 
 /// Players that are gone are forgotten in this thread, without the lock: the master is told.

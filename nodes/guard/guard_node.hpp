@@ -8,6 +8,7 @@
 #include <ros/ros.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -21,25 +22,35 @@ namespace nodes {
 /// and the one that runs it stops the robot.
 class GuardNode {
  public:
-  /// Throws std::system_error when the process has no file descriptors left.
-  GuardNode();
+  /// Makes a way for every output; those that are known already are kept. May take long. Throws
+  /// std::runtime_error, one line, where a robot could not be stopped.
+  using MakeWays =
+      std::function<GuardedPlayer::Ways(const GuardOutputs&, const GuardedPlayer::Ways& known)>;
+
+  /// `make_ways`: for a robot on another graph, over which the beats come as well: hear(). Empty:
+  /// the robot is on ROS 1. Throws std::system_error when the process has no file descriptors left.
+  explicit GuardNode(MakeWays make_ways = {});
   ~GuardNode();
   GuardNode(const GuardNode&) = delete;
   GuardNode& operator=(const GuardNode&) = delete;
 
-  /// Returns when it has been told to end (stop_signal.hpp): then what is in motion is stopped.
+  /// Returns when it has been told to end (stop_signal.hpp), what was in motion is stopped, and the
+  /// stops have left.
   void run();
+  /// Any thread.
+  void hear(const GuardBeat& beat);
 
  private:
+  void watch();
   void onOutputs(const GuardOutputs& outputs);
   void know(const GuardOutputs& outputs);
-  void onBeat(const GuardBeat& beat);
   void onTimer(const ros::WallTimerEvent&);
   replay::SteadyTime step();
   bool stopAll(const std::string& reason);
   void waitUntil(replay::SteadyTime deadline, bool is_ending) const;
   void wake() const;
 
+  const MakeWays make_ways_;
   int waker_ = -1;
   std::mutex mutex_;
   ros::CallbackQueue beats_queue_, outputs_queue_;  ///< first: publishers go before their queues

@@ -14,32 +14,43 @@ constexpr std::int64_t kMostPatienceAfar = 1000000000;
 /// The time after which a player that did not say its farewell is forgotten.
 constexpr std::int64_t kMemory = 60000000000;
 
+class RosStopWay : public StopWay {
+ public:
+  explicit RosStopWay(const ros::Publisher& publisher) : publisher_(publisher) {}
+
+  std::uint32_t heardBy() const override { return publisher_.getNumSubscribers(); }
+  void publish(const StopMessage& stop) override {
+    if (publisher_) publisher_.publish(stop);  // none: its type is another's
+  }
+
+ private:
+  ros::Publisher publisher_;
+};
+
 }  // namespace
 
-GuardedPlayer::Publishers GuardedPlayer::advertise(ros::NodeHandle& node,
-                                                   const GuardOutputs& outputs,
-                                                   const Publishers& known) {
-  Publishers publishers;
+GuardedPlayer::Ways GuardedPlayer::advertise(ros::NodeHandle& node, const GuardOutputs& outputs,
+                                             const Ways& known) {
+  Ways ways;
   for (const GuardOutput& output : outputs.outputs) {
     const auto found = known.find(output.topic);
     if (found != known.end()) {
-      publishers.insert(*found);
+      ways.insert(*found);
     } else {
       ros::AdvertiseOptions options(output.topic, kStopQueue, output.md5sum, output.type,
                                     output.definition);
-      publishers[output.topic] = node.advertise(options);
+      ways[output.topic] = std::make_shared<RosStopWay>(node.advertise(options));
     }
   }
-  return publishers;
+  return ways;
 }
 
-void GuardedPlayer::know(const GuardOutputs& outputs, const Publishers& publishers,
-                         replay::SteadyTime now) {
+void GuardedPlayer::know(const GuardOutputs& outputs, const Ways& ways, replay::SteadyTime now) {
   id_ = outputs.player;
   name_ = outputs.name;
   is_beside_ = is_beside_ || (!outputs.machine.empty() && outputs.machine == machineName());
   version_ = outputs.version;
-  publishers_ = publishers;
+  ways_ = ways;
   last_heard_ = now;
   stops_.clear();
   for (const GuardOutput& output : outputs.outputs) {
@@ -56,7 +67,7 @@ void GuardedPlayer::hear(const GuardBeat& beat, replay::SteadyTime now) {
   last_ = beat;
   last_heard_ = now;
   for (const auto& stop : stops_) {
-    if (publishers_.at(stop.first).getNumSubscribers() > 0) heard_.insert(stop.first);
+    if (ways_.at(stop.first)->heardBy() > 0) heard_.insert(stop.first);
   }
   patience_ns_ = static_cast<std::int64_t>(beat.patience_ms) * 1000000;
   if (!is_beside_) patience_ns_ = std::min(patience_ns_, kMostPatienceAfar);
@@ -68,6 +79,10 @@ void GuardedPlayer::hear(const GuardBeat& beat, replay::SteadyTime now) {
   } else {
     watch_.beat(now, replay::Outputs(beat.moving.begin(), beat.moving.end()),
                 {static_cast<std::int64_t>(beat.sent_ns)});
+    for (const auto& way : ways_) {
+      const std::string objection = way.second->objection();
+      if (!objection.empty()) watch_.stop(now, objection);
+    }
   }
 }
 
@@ -81,7 +96,7 @@ GuardAnswer GuardedPlayer::answer() const {
   answer.is_beside = is_beside_ ? 1 : 0;
   answer.stopped = watch_.reason();
   for (const auto& stop : stops_) {
-    answer.heard_by.push_back(publishers_.at(stop.first).getNumSubscribers());
+    answer.heard_by.push_back(ways_.at(stop.first)->heardBy());
   }
   return answer;
 }
@@ -90,8 +105,7 @@ bool GuardedPlayer::step(replay::SteadyTime now) {
   const replay::Outputs due = watch_.step(now);
   for (const std::uint32_t output : due) {
     if (output >= stops_.size()) continue;
-    const ros::Publisher& publisher = publishers_.at(stops_[output].first);
-    if (publisher) publisher.publish(stops_[output].second);  // none: its type is another's
+    ways_.at(stops_[output].first)->publish(stops_[output].second);
   }
   if (due.empty() || !stopped_.empty()) return false;
   stopped_ = due;
@@ -108,7 +122,7 @@ std::string GuardedPlayer::account() const {
   for (const std::uint32_t output : stopped_) {
     if (output >= stops_.size()) continue;
     const std::string& topic = stops_[output].first;
-    if (publishers_.at(topic).getNumSubscribers() > 0) {
+    if (ways_.at(topic)->heardBy() > 0) {
       ++heard;
     } else if (heard_.count(topic) > 0) {
       unheard += " " + topic;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -83,12 +84,28 @@ struct Serializer<afterglow::nodes::StopMessage> {
 namespace afterglow {
 namespace nodes {
 
+/// The way of the stops of one output to the robot: a topic of ROS 1, or what another graph has in
+/// its place.
+class StopWay {
+ public:
+  StopWay() = default;
+  virtual ~StopWay() = default;
+  StopWay(const StopWay&) = delete;
+  StopWay& operator=(const StopWay&) = delete;
+
+  virtual std::uint32_t heardBy() const = 0;
+  /// Does not throw.
+  virtual void publish(const StopMessage& stop) = 0;
+  /// Returns why nothing may move that is stopped here: a clause. Empty: it may.
+  virtual std::string objection() const { return ""; }
+};
+
 /// A player's life, its motion and its stops: in the watchdog beside it and in the guard on the
 /// robot alike. Times are replay::sinceBoot(). One thread at a time.
 class GuardedPlayer {
  public:
-  /// Publishers by topic.
-  using Publishers = std::map<std::string, ros::Publisher>;
+  /// Ways by topic.
+  using Ways = std::map<std::string, std::shared_ptr<StopWay>>;
 
   /// `is_beside`: on this machine, in the same network; else its outputs say where it is.
   explicit GuardedPlayer(bool is_beside = false)
@@ -96,10 +113,9 @@ class GuardedPlayer {
 
   /// A publisher for every output; those that are known already are kept. Asks the master, which
   /// may take long.
-  static Publishers advertise(ros::NodeHandle& node, const GuardOutputs& outputs,
-                              const Publishers& known);
-  void know(const GuardOutputs& outputs, const Publishers& publishers, replay::SteadyTime now);
-  const Publishers& publishers() const { return publishers_; }
+  static Ways advertise(ros::NodeHandle& node, const GuardOutputs& outputs, const Ways& known);
+  void know(const GuardOutputs& outputs, const Ways& ways, replay::SteadyTime now);
+  const Ways& ways() const { return ways_; }
   const std::string& name() const { return name_; }
   std::uint32_t version() const { return version_; }
 
@@ -127,7 +143,7 @@ class GuardedPlayer {
   std::uint64_t id_ = 0;
   std::string name_;
   std::uint32_t version_ = 0;
-  Publishers publishers_;
+  Ways ways_;
   std::vector<std::pair<std::string, StopMessage>> stops_;  ///< topic and stop of each output
   std::set<std::string> heard_;  ///< topics whose stop somebody heard, at least once
   replay::Outputs stopped_;

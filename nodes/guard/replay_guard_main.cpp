@@ -45,7 +45,7 @@ void hear(GuardSocket& socket, ros::NodeHandle& node, GuardedPlayer& player) {
     GuardOutputs outputs;
     GuardBeat beat;
     if (GuardSocket::read(packet, outputs)) {
-      player.know(outputs, GuardedPlayer::advertise(node, outputs, player.publishers()),
+      player.know(outputs, GuardedPlayer::advertise(node, outputs, player.ways()),
                   replay::sinceBoot());
     } else if (GuardSocket::read(packet, beat)) {
       player.hear(beat, replay::sinceBoot());

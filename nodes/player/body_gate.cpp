@@ -101,6 +101,8 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.movesBody() || topic.is_for_start) continue;
     const std::string& name = topic.output.topic;
+    if (std::string why = whyUnwatched(graph, name); !why.empty())
+      missing.push_back(std::move(why));
     look(name);
     if (isVelocity(topic.channel)) look(robot.base.output_topic);  // behind its multiplexer
     const bool is_heard = !graph.otherSubscribers(name).empty();
@@ -226,9 +228,10 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
   stops_->check();  // first: an emergency stop is why controllers are stopped
-  const auto missing =
-      missingControllers(plan_, options_.robot, askMaster(deadlineIn(kMasterPatience)));
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  const auto missing = missingControllers(plan_, options_.robot, graph);
   refuseFor(fmt::format("{}", fmt::join(missing, "; ")));
+  refuseFor(sink_.whyUnwatched(graph));
   parts_ = movedParts(store_, plan_, options_.joints);
   refuseFor(whyUnnamed(parts_, options_));
   if (movesBase(plan_, parts_)) {

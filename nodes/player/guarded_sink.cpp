@@ -43,9 +43,23 @@ GuardedSink::GuardedSink(const replay::PlayPlan& plan, replay::MessageSink& sink
       watch_(plan) {
   auto process = std::make_unique<GuardProcess>();  // begins while the master is asked
   const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
-  watchdogs_.emplace_back("the watchdog", std::move(process), graph);
+  const Watchdog::Listeners all{graph.subscribers, false};
+  watchdogs_.emplace_back("the watchdog", std::move(process), all);
   if (RobotGuard::isThere(graph)) {
-    watchdogs_.emplace_back("the guard on the robot", std::make_unique<RobotGuard>(), graph);
+    robot_guard_ = robotGuardName();
+    watchdogs_.emplace_back("the guard on the robot", std::make_unique<RobotGuard>(), all);
+  }
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (topic.movesBody()) topics_.push_back(topic.output.topic);
+  }
+  for (const replay::MotionMonitor::Output& output : watch_.outputs()) {
+    topics_.push_back(output.channel.topic);
+  }
+  listeners_on_ros2_ = ros2Listeners(graph, topics_);
+  if (!listeners_on_ros2_.empty()) {
+    robot_guard_ = ros2WatchName();
+    watchdogs_.emplace_back("the watch on ROS 2", std::make_unique<RobotGuard>(robot_guard_),
+                            Watchdog::Listeners{listeners_on_ros2_, true});
   }
   tellOutputs();
   ticker_ = std::thread([this] { tick(); });
@@ -89,10 +103,18 @@ void GuardedSink::waitUntilReady(const std::function<bool()>& is_stopped) {
     }
     if (is_stopped()) return;
     if (std::chrono::steady_clock::now() > deadline) {
-      throw std::runtime_error("motion is refused: the watchdog does not get ready");
+      throw std::runtime_error("motion is refused: " + unready() + " does not get ready");
     }
     std::this_thread::sleep_for(kReadyLook);
   }
+}
+
+std::string GuardedSink::unready() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const Watchdog& watchdog : watchdogs_) {
+    if (!watchdog.isReady()) return watchdog.name();
+  }
+  return "this machine";
 }
 
 /// Then it is also decided how long they wait.
@@ -113,6 +135,15 @@ bool GuardedSink::isReady() {
   return true;
 }
 
+std::string GuardedSink::whyUnwatched(const RosGraph& graph) const {
+  for (const auto& [topic, bridges] : ros2Listeners(graph, topics_)) {
+    const auto known = listeners_on_ros2_.find(topic);
+    if (known != listeners_on_ros2_.end() && known->second == bridges) continue;
+    return topic + " goes to ROS 2 over " + *bridges.begin() + " only now: to be asked for again";
+  }
+  return "";
+}
+
 replay::PlayGuards GuardedSink::guards() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   replay::PlayGuards guards;
@@ -123,7 +154,7 @@ replay::PlayGuards GuardedSink::guards() const {
     const Watchdog& guard = watchdogs_.back();
     const auto patience_ns = guard.patience(pulse_.patience_ns);
     guards.on_robot = replay::PlayGuards::OnRobot{
-        robotGuardName(), static_cast<double>(patience_ns) / kNsPerMs,
+        robot_guard_, static_cast<double>(patience_ns) / kNsPerMs,
         static_cast<double>(guard.longestGapNs()) / kNsPerMs, !guard.isBeside()};
   }
   return guards;

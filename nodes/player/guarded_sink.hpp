@@ -5,8 +5,10 @@
 
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -41,6 +43,9 @@ class GuardedSink : public replay::MessageSink {
   /// Waits until the watchdogs are connected to whoever listens, and their patience is known.
   /// Throws std::runtime_error, one line, if they do not get ready.
   void waitUntilReady(const std::function<bool()>& is_stopped);
+  /// Returns why nothing may move, by the graph now: a bridge to ROS 2 hears what is played that
+  /// was not known when this began. Empty: it may.
+  std::string whyUnwatched(const RosGraph& graph) const;
   /// Returns the guards after that: who watches, and how long.
   replay::PlayGuards guards() const;
 
@@ -61,6 +66,7 @@ class GuardedSink : public replay::MessageSink {
 
  private:
   void tick();
+  std::string unready() const;
   void beat();
   // With the lock held:
   void tellOutputs();
@@ -86,7 +92,10 @@ class GuardedSink : public replay::MessageSink {
   mutable std::mutex mutex_;
   replay::MotionMonitor watch_;
   std::function<std::optional<double>()> gap_;
+  std::vector<std::string> topics_;  ///< of what moves the body, and of its stops
+  std::map<std::string, std::set<std::string>> listeners_on_ros2_;  ///< bridges by topic
   std::vector<Watchdog> watchdogs_;  ///< beside the player, and on the robot if one runs there
+  std::string robot_guard_;          ///< the last one's node
   Pulse pulse_;
   std::string lost_;  ///< the reason why motion is not watched any more
   bool has_told_ = false, has_moved_ = false;

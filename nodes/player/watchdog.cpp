@@ -36,8 +36,8 @@ std::uint64_t drawNumber() {
 
 }  // namespace
 
-Watchdog::Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph)
-    : name_(std::move(name)), way_(std::move(way)), graph_(std::move(graph)) {
+Watchdog::Watchdog(std::string name, std::unique_ptr<GuardWay> way, Listeners listeners)
+    : name_(std::move(name)), way_(std::move(way)), listeners_(std::move(listeners)) {
   outputs_.player = drawNumber();
   outputs_.name = ros::this_node::getName();
   outputs_.machine = machineName();
@@ -62,6 +62,14 @@ void Watchdog::sendOutputsIfDue() {
   if (resend_at_ && std::chrono::steady_clock::now() < *resend_at_) return;
   way_->send(outputs_);
   resend_at_ = deadlineIn(kAgain);
+}
+
+/// A guard may know less of its graph than the graph of ROS 1 tells, for a while: it looks again at
+/// another version.
+void Watchdog::askAgain() {
+  if (resend_at_ && std::chrono::steady_clock::now() < *resend_at_) return;
+  ++outputs_.version;
+  sendOutputsIfDue();
 }
 
 void Watchdog::beat(const replay::Outputs& moving, std::int64_t patience_ns) {
@@ -98,12 +106,15 @@ void Watchdog::listen() {
   } else if (is_known && isConnected() && isMeasured()) {
     is_ready_ = true;
     if (!isBeside()) afar_ns_ = replay::patienceAfar(longestGapNs());
+  } else if (is_known && listeners_.are_sure && !isHeard()) {
+    askAgain();
   }
 }
 
 bool Watchdog::isConnected() {
   if (!connected_by_) connected_by_ = deadlineIn(kConnectedWithin);
-  return isHeard() || *connected_by_ <= std::chrono::steady_clock::now();
+  if (isHeard()) return true;
+  return !listeners_.are_sure && *connected_by_ <= std::chrono::steady_clock::now();
 }
 
 bool Watchdog::isMeasured() {
@@ -116,9 +127,8 @@ bool Watchdog::isMeasured() {
 bool Watchdog::isHeard() const {
   if (answer_.heard_by.size() != outputs_.outputs.size()) return false;
   for (std::size_t i = 0; i < outputs_.outputs.size(); ++i) {
-    const auto subscribers = graph_.subscribers.find(outputs_.outputs[i].topic);
-    const std::size_t all =
-        subscribers == graph_.subscribers.end() ? 0 : subscribers->second.size();
+    const auto nodes = listeners_.nodes.find(outputs_.outputs[i].topic);
+    const std::size_t all = nodes == listeners_.nodes.end() ? 0 : nodes->second.size();
     if (answer_.heard_by[i] < all) return false;
   }
   return true;
@@ -147,14 +157,44 @@ bool isAnother(const std::string& node) {
   return node != ros::this_node::getName() && !isGuard(node);
 }
 
-bool RobotGuard::isThere(const RosGraph& graph) {
-  const std::string name = robotGuardName();
-  return graph.otherSubscribers(name + "/beats").count(name) > 0 &&
+std::string ros2WatchName() { return ros::names::resolve("afterglow_ros2_watch"); }
+
+namespace {
+
+std::set<std::string> ros2Bridges(const RosGraph& graph, const std::string& topic) {
+  std::set<std::string> bridges;
+  for (const std::string& node : graph.otherSubscribers(topic)) {
+    if (graph.publishers.count(node + kRos2BridgeMark) > 0) bridges.insert(node);
+  }
+  return bridges;
+}
+
+}  // namespace
+
+std::map<std::string, std::set<std::string>> ros2Listeners(const RosGraph& graph,
+                                                           const std::vector<std::string>& topics) {
+  std::map<std::string, std::set<std::string>> listeners;
+  for (const std::string& topic : topics) {
+    std::set<std::string> bridges = ros2Bridges(graph, topic);
+    if (!bridges.empty()) listeners[topic] = std::move(bridges);
+  }
+  return listeners;
+}
+
+std::string whyUnwatched(const RosGraph& graph, const std::string& topic) {
+  const std::set<std::string> bridges = ros2Bridges(graph, topic);
+  if (bridges.empty() || RobotGuard::isThere(graph, ros2WatchName())) return "";
+  return topic + " goes to a robot of ROS 2 over " + *bridges.begin() + ", and no " +
+         ros2WatchName() +
+         " runs there, which stops the robot when the bridge is gone (ros2.launch starts it)";
+}
+
+bool RobotGuard::isThere(const RosGraph& graph, const std::string& name) {
+  return graph.otherSubscribers(name + "/outputs").count(name) > 0 &&
          isAlive(name, deadlineIn(kAlivePatience));
 }
 
-RobotGuard::RobotGuard() {
-  const std::string name = robotGuardName();
+RobotGuard::RobotGuard(const std::string& name) {
   outputs_ = node_.advertise<GuardOutputs>(name + "/outputs", kQueueOfBeats);
   beats_ = node_.advertise<GuardBeat>(name + "/beats", kQueueOfBeats);
   const auto take = [this](const GuardAnswer& answer) {

@@ -6,9 +6,11 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -43,8 +45,14 @@ class GuardWay {
 /// The messages to a guard, and its answers. One thread at a time.
 class Watchdog {
  public:
-  /// `name`: for people. `graph` says who hears the outputs.
-  Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph);
+  /// Who hears the outputs: nodes by topic. All of them, but for dead ones, which never connect and
+  /// are not waited for long; or each without fail.
+  struct Listeners {
+    std::map<std::string, std::set<std::string>> nodes;
+    bool are_sure = false;
+  };
+  /// `name`: for people.
+  Watchdog(std::string name, std::unique_ptr<GuardWay> way, Listeners listeners);
 
   /// Tells the stops of the outputs: whenever one of them has changed.
   void tellOutputs(const std::vector<replay::MotionMonitor::Output>& outputs);
@@ -58,6 +66,7 @@ class Watchdog {
 
   /// Takes in what it has answered. Before isReady() and whyLost().
   void listen();
+  const std::string& name() const { return name_; }
   /// Returns true once it is connected to whoever listens on the outputs, and the link has been
   /// measured.
   bool isReady() const { return is_ready_; }
@@ -74,6 +83,7 @@ class Watchdog {
  private:
   void send(const replay::Outputs& moving, std::int64_t patience_ns, bool stops, bool ends);
   void sendOutputsIfDue();
+  void askAgain();
   bool isHeard() const;
   bool isConnected();
   bool isMeasured();
@@ -81,7 +91,7 @@ class Watchdog {
 
   std::string name_;
   std::unique_ptr<GuardWay> way_;
-  RosGraph graph_;
+  Listeners listeners_;
   GuardOutputs outputs_;
   std::uint32_t count_ = 0, first_answered_ = 0;  ///< number of beats
   std::optional<Deadline> resend_at_, connected_by_;
@@ -93,6 +103,15 @@ class Watchdog {
 
 /// Returns the name of the guard on the robot: afterglow_guard, in this node's namespace.
 std::string robotGuardName();
+/// The name of the watch on ROS 2 (nodes/ros2/): a guard that hears beats over the bridge, and
+/// stops what goes that way.
+std::string ros2WatchName();
+/// The bridges over which what is sent on these topics gets to ROS 2, by topic.
+std::map<std::string, std::set<std::string>> ros2Listeners(const RosGraph& graph,
+                                                           const std::vector<std::string>& topics);
+/// Returns why motion on the topic may not begin: it gets to ROS 2, and no watch runs there. Empty:
+/// it may.
+std::string whyUnwatched(const RosGraph& graph, const std::string& topic);
 
 /// Said where none runs.
 extern const char* const kNoRobotGuard;
@@ -102,13 +121,14 @@ bool isGuard(const std::string& node);
 /// Somebody else: neither this node nor one of its guards.
 bool isAnother(const std::string& node);
 
-/// The way to the guard on the robot (nodes/guard/): topics (guard_messages.hpp).
+/// The way to the guard on the robot (nodes/guard/), or to the watch on ROS 2: topics
+/// (guard_messages.hpp).
 class RobotGuard : public GuardWay {
  public:
-  /// Returns true if it runs and answers. Takes at most half a second.
-  static bool isThere(const RosGraph& graph);
+  /// Returns true if the guard of that name runs and answers. Takes at most half a second.
+  static bool isThere(const RosGraph& graph, const std::string& name = robotGuardName());
 
-  RobotGuard();
+  explicit RobotGuard(const std::string& name = robotGuardName());
 
   void send(const GuardOutputs& outputs) override { outputs_.publish(outputs); }
   void send(const GuardBeat& beat) override;

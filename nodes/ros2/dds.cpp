@@ -58,6 +58,8 @@ constexpr std::uint32_t kParticipants = 120;
 constexpr std::uint32_t kSocketBuffer = 16 << 20;
 /// The user data of an endpoint of Afterglow's.
 constexpr const char* kOwn = "afterglow=1;";
+/// The same if bridges carry it.
+constexpr const char* kCarried = "afterglow=carried;";
 constexpr const char* kTypeHash = "typehash=";
 /// Messages that were lost are sent again that soon, if the writer is silent afterwards.
 constexpr std::uint32_t kHeartbeat_ns = 100'000'000;
@@ -176,7 +178,7 @@ void setQos(Qos& qos, const DdsQos& wanted) {
   qos.resource_limits().max_samples_per_instance = std::max(400, wanted.depth);
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   qos.data_sharing().off();
-  const std::string own = kOwn;
+  const std::string own = wanted.is_carried ? kCarried : kOwn;
   qos.user_data().assign(own.begin(), own.end());
 }
 
@@ -353,7 +355,8 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
     if (told.find(kOwn) != std::string::npos) return;
     DdsEndpoint endpoint{toGuid(guid), is_writer, std::move(topic), std::move(type), {}, ""};
     endpoint.qos = {reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-                    durability.kind != dds::VOLATILE_DURABILITY_QOS, 0};
+                    durability.kind != dds::VOLATILE_DURABILITY_QOS, 0,
+                    told.find(kCarried) != std::string::npos};
     if (const std::size_t at = told.find(kTypeHash); at != std::string::npos) {
       const std::size_t begin = at + std::strlen(kTypeHash);
       endpoint.type_hash = told.substr(begin, told.find(';', begin) - begin);

@@ -34,6 +34,7 @@ struct DdsQos {
   bool is_reliable = true;
   bool is_transient_local = false;  ///< whoever comes late gets the last messages
   std::int32_t depth = 10;          ///< messages that are kept; others do not tell theirs: 0
+  bool is_carried = false;          ///< Afterglow's own, and a bridge carries it as a robot's
 
   /// Whether and how messages are kept, without the depth.
   std::pair<bool, bool> kind() const { return {is_reliable, is_transient_local}; }

@@ -1,6 +1,7 @@
 #include "nodes/ros2/ros2_bridge_node.hpp"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <std_msgs/String.h>
 
 #include <algorithm>
 #include <chrono>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/guard/guard_messages.hpp"
 #include "nodes/tools/diagnostics.hpp"
 #include "replay/messages/definitions.hpp"
 #include "replay/messages/text.hpp"
@@ -29,6 +31,13 @@ const DdsEndpoint& leading(const std::vector<DdsEndpoint>& endpoints, const std:
   return same == endpoints.end() ? endpoints.front() : *same;
 }
 
+bool isVelocity(const std::vector<DdsEndpoint>& readers) {
+  return std::any_of(readers.begin(), readers.end(), [](const DdsEndpoint& reader) {
+    const auto type = replay::typeOfDds(reader.type);
+    return type && !replay::otherTwist(replay::ros1TypeName(*type)).empty();
+  });
+}
+
 template <typename Carried>
 void eraseUnlessIn(std::map<std::string, Carried>& carried, const std::set<std::string>& topics) {
   for (auto one = carried.begin(); one != carried.end();) {
@@ -38,10 +47,14 @@ void eraseUnlessIn(std::map<std::string, Carried>& carried, const std::set<std::
 
 }  // namespace
 
+replay::Ros2Network readRos2Network(const ros::NodeHandle& own) {
+  return replay::ros2Network(own.param<std::string>("network", ""),
+                             [](const char* name) { return std::getenv(name); });
+}
+
 Ros2BridgeOptions Ros2BridgeOptions::read(const ros::NodeHandle& own) {
   Ros2BridgeOptions options;
-  options.network = replay::ros2Network(own.param<std::string>("network", ""),
-                                        [](const char* name) { return std::getenv(name); });
+  options.network = readRos2Network(own);
   options.depth = own.param("depth", options.depth);
   if (options.depth < 1 || options.depth > kMostDepth) {
     throw std::invalid_argument("~depth is " + std::to_string(options.depth) + "; expected 1 to " +
@@ -57,6 +70,11 @@ Ros2BridgeNode::Ros2BridgeNode(const Ros2BridgeOptions& options)
                     [this](const auto& topic, const auto& policy) { tellMisfit(topic, policy); }}),
       types_(participant_, [this] { wake(); }) {
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
+  mark_ = node_.advertise<std_msgs::String>(ros::this_node::getName() + kRos2BridgeMark, 1, true);
+  std_msgs::String network;
+  network.data = "domain " + std::to_string(options.network.domain) +
+                 (options.network.is_subnet ? ", subnet" : ", machine");
+  mark_.publish(network);
   timer_ = node_.createSteadyTimer(ros::WallDuration(1.0),
                                    [this](const auto&) { publishDiagnostics(); });
   thread_ = std::thread([this] { work(); });
@@ -114,7 +132,7 @@ void Ros2BridgeNode::askRos1() {
 
 void Ros2BridgeNode::announce(const std::vector<DdsEndpoint>& all) {
   const bool has_nodes = std::any_of(all.begin(), all.end(), [](const auto& one) {
-    return replay::topicOfDds(one.topic).has_value();
+    return !one.qos.is_carried && replay::topicOfDds(one.topic).has_value();
   });
   if (announcement_ || !has_nodes) return;
   const bool is_before_iron =
@@ -138,8 +156,9 @@ bool Ros2BridgeNode::look() {
   std::set<std::string> from_ros2, from_ros1;
   for (const auto& [topic, sides] : ros2) {
     if (!sides.writers.empty()) from_ros2.insert(topic);
-    const bool is_published = !ros1_.otherPublishers(topic).empty();
-    if (!sides.readers.empty() && is_published) from_ros1.insert(topic);
+    // A robot that can be driven is seen to be, before somebody drives it.
+    const bool is_wanted = !ros1_.otherPublishers(topic).empty() || isVelocity(sides.readers);
+    if (!sides.readers.empty() && is_wanted) from_ros1.insert(topic);
   }
   const std::lock_guard<std::mutex> lock(carried_mutex_);
   eraseUnlessIn(to_ros2_, from_ros1);

@@ -24,12 +24,15 @@
 
 namespace afterglow::nodes {
 
+/// The network that the parameter ~network and ROS 2's own environment name. Throws
+/// std::invalid_argument, one line.
+replay::Ros2Network readRos2Network(const ros::NodeHandle& own);
+
 struct Ros2BridgeOptions {
   replay::Ros2Network network;
   std::int32_t depth = 100;  ///< messages that wait on either side of a topic
 
-  /// From the parameters ~network and ~depth and ROS 2's own environment. Throws
-  /// std::invalid_argument, one line.
+  /// From the parameter ~depth and readRos2Network(). Throws std::invalid_argument, one line.
   static Ros2BridgeOptions read(const ros::NodeHandle& own);
 };
 
@@ -79,7 +82,7 @@ class Ros2BridgeNode {
   std::mutex carried_mutex_;  ///< the next two, which diagnostics count
   std::map<std::string, std::unique_ptr<TopicToRos1>> to_ros1_;
   std::map<std::string, std::unique_ptr<TopicToRos2>> to_ros2_;
-  ros::Publisher diagnostics_;
+  ros::Publisher diagnostics_, mark_;
   ros::SteadyTimer timer_;
   std::thread thread_;  ///< last: uses all of the above
 };

@@ -4,9 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "replay/messages/definitions.hpp"
 #include "replay/ros2/ros2_definition.hpp"
-#include "replay/ros2/twist_stamp.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -68,28 +66,17 @@ DdsWriter& TopicToRos2::writerOf(const Source& source) {
 TopicToRos2::Source TopicToRos2::sourceWith(const ros::M_string& header) {
   Source source{valueOf(header, "callerid"), valueOf(header, "type"),
                 valueOf(header, "latching") == "1", std::nullopt};
-  const std::string wanted = replay::ros1TypeName(options_.ros2_type);
-  const bool is_same = source.type == wanted;
-  if (!is_same && replay::otherTwist(source.type) != wanted) {
+  if (!replay::MessageToRos2::isPossible(source.type, options_.ros2_type)) {
     refusals_.tell(options_.topic, source.caller + " publishes " + source.type +
-                                       ", a node of ROS 2 wants " + wanted);
+                                       ", a node of ROS 2 wants " +
+                                       replay::ros1TypeName(options_.ros2_type));
     return source;
   }
-  const replay::FindDefinition find = [&](const std::string& type) {
-    return is_same ? std::optional(replay::Definition{valueOf(header, "message_definition"),
-                                                      valueOf(header, "md5sum")})
-                   : replay::findInstalled()(type);
-  };
   try {
-    const replay::Ros2Description description{options_.topic,
-                                              options_.ros2_type,
-                                              "cdr",
-                                              options_.definition.empty() ? "" : "ros2msg",
-                                              options_.definition,
-                                              ""};
-    replay::Ros2Topic conversion(description, find, replay::Ros2Topic::Source::Robot);
-    if (!conversion.whyForeign().empty()) throw replay::MessageError(conversion.whyForeign());
-    source.conversion.emplace(std::move(conversion));
+    source.conversion.emplace(
+        replay::MessageToRos2::Wanted{options_.topic, options_.ros2_type, options_.definition},
+        source.type,
+        replay::Definition{valueOf(header, "message_definition"), valueOf(header, "md5sum")});
   } catch (const replay::MessageError& error) {
     refusals_.tell(options_.topic, error.what());
   }
@@ -112,11 +99,8 @@ void TopicToRos2::onMessage(const Event& event) {
   try {
     Source& source = sourceOf(event);
     if (!source.conversion) return;
-    const replay::Bytes& bytes = event.getConstMessage()->bytes;
-    const bool is_same = source.type == source.conversion->channel().type;
     const replay::Stamp now{static_cast<std::int64_t>(ros::Time::now().toNSec())};
-    writerOf(source).write(
-        source.conversion->toRos2(is_same ? bytes : replay::toOtherTwist(source.type, bytes, now)));
+    writerOf(source).write(source.conversion->convert(event.getConstMessage()->bytes, now));
   } catch (const replay::MessageError& error) {
     refusals_.tellBadMessage(options_.topic, error.what());
   } catch (const std::runtime_error& error) {

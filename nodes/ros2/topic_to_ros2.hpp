@@ -17,7 +17,7 @@
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/ros2/bridge_refusals.hpp"
 #include "nodes/ros2/dds.hpp"
-#include "replay/ros2/ros2_topic.hpp"
+#include "replay/ros2/message_to_ros2.hpp"
 
 namespace afterglow::nodes {
 
@@ -58,7 +58,7 @@ class TopicToRos2 {
   struct Source {
     std::string caller, type;
     bool is_latching = false;
-    std::optional<replay::Ros2Topic> conversion;  ///< empty: it is refused
+    std::optional<replay::MessageToRos2> conversion;  ///< empty: it is refused
   };
 
   void subscribe();

@@ -161,9 +161,11 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
 }
 
 /// Where a master answers.
-bool isRobotGuarded() {
+bool isRobotGuarded(const replay::PlayPlan& plan) {
   try {
-    return RobotGuard::isThere(askMaster(deadlineIn(kMasterPatience)));
+    const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+    const bool is_on_ros2 = !ros2Listeners(graph, plan.motionTopics()).empty();
+    return RobotGuard::isThere(graph, is_on_ros2 ? ros2WatchName() : robotGuardName());
   } catch (const std::exception&) {  // it answered just now
     return false;
   }
@@ -198,7 +200,7 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
   if (!request.plan.layers && dependsOnLayers(plan)) {
     remarks.push_back("no ROS master answers: what a running projector would show is not known");
   }
-  if (request.plan.layers && !plan.motionTopics().empty() && !isRobotGuarded()) {
+  if (request.plan.layers && !plan.motionTopics().empty() && !isRobotGuarded(plan)) {
     remarks.push_back(kNoRobotGuard);
   }
   for (const std::string& remark : remarks) {
