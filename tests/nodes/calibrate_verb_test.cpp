@@ -88,7 +88,7 @@ TEST_F(CalibrateVerb, callsWrongUsageWrongUsage) {
       {"board", "--out", out_, "--size", "0.5,0.4,0.3"},
       {"board", "--out", out_, "--size", "0.5x0.4"},
       {"board", "--out", out_, "--size", "0.5,0.4", "--paper", "A4"},
-      {"board", "--out", out_, "--paper", "letter"},
+      {"board", "--out", out_, "--paper", "A5"},
       {"board", "--out", out_, "--family", "tag25h9"},
       {"pattern", "--out", out_, "--width", "1280"},
       {"pattern", "--out", out_, "--width", "1280", "--height", "tall"}};
