@@ -116,7 +116,7 @@ TEST(PlayOptions, ofAGoalAreRefusedInOneLine) {
   EXPECT_EQ(refusal({"rate=1", "rate=2"}), "rate is given twice");
   EXPECT_EQ(refusal({"rate=quick"}), "rate: quick is no number of 0.001 to 1000");
   EXPECT_EQ(refusal({"pause=yes"}), "pause: yes is neither true nor false");
-  EXPECT_EQ(refusal({"only=dance"}), "only: 'dance' is no modality (body, ar, speech)");
+  EXPECT_EQ(refusal({"only=dance"}), "only: 'dance' is no modality (body, light or ar, speech)");
   EXPECT_EQ(refusal({"unheard=never"}), "unheard: never not in {start,abort}");
   EXPECT_EQ(refusal({"sim", "follow_clock"}), "follow_clock excludes sim");
   EXPECT_EQ(refusal({"sim=false", "follow_clock"}), "");
