@@ -68,7 +68,8 @@ Ros2BridgeNode::Ros2BridgeNode(const Ros2BridgeOptions& options)
       participant_(options.network, "afterglow_ros2_bridge",
                    {[this] { wake(); },
                     [this](const auto& topic, const auto& policy) { tellMisfit(topic, policy); }}),
-      types_(participant_, [this] { wake(); }) {
+      types_(participant_, [this] { wake(); }),
+      actions_(participant_, refusals_) {
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   mark_ = node_.advertise<std_msgs::String>(ros::this_node::getName() + kRos2BridgeMark, 1, true);
   std_msgs::String network;
@@ -163,10 +164,11 @@ bool Ros2BridgeNode::look() {
   const std::lock_guard<std::mutex> lock(carried_mutex_);
   eraseUnlessIn(to_ros2_, from_ros1);
   eraseUnlessIn(to_ros1_, from_ros2);
+  bool is_settled = actions_.look(all);
   for (const auto& [topic, why] : refusals_.whys()) {
-    if (from_ros1.count(topic) == 0 && from_ros2.count(topic) == 0) refusals_.forget(topic);
+    const bool is_there = from_ros1.count(topic) > 0 || from_ros2.count(topic) > 0;
+    if (!is_there && !actions_.has(topic)) refusals_.forget(topic);
   }
-  bool is_settled = true;
   for (const auto& [topic, sides] : ros2) {
     try {
       if (from_ros1.count(topic) > 0 && !toRos2(topic, sides.readers, all)) is_settled = false;
@@ -281,6 +283,7 @@ void Ros2BridgeNode::publishDiagnostics() {
     for (const auto& [topic, carried] : to_ros1_) to_ros1 += carried && carried->isCarried();
     for (const auto& [topic, carried] : to_ros2_) to_ros2 += carried ? 1 : 0;
     addValue(status, "on_ros2", std::to_string(to_ros1_.size()));
+    addValue(status, "actions", std::to_string(actions_.count()));
   }
   addValue(status, "to_ros1", std::to_string(to_ros1));
   addValue(status, "to_ros2", std::to_string(to_ros2));

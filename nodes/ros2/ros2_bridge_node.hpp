@@ -17,6 +17,7 @@
 
 #include "nodes/ros2/bridge_refusals.hpp"
 #include "nodes/ros2/dds.hpp"
+#include "nodes/ros2/ros2_actions.hpp"
 #include "nodes/ros2/ros2_types.hpp"
 #include "nodes/ros2/topic_to_ros1.hpp"
 #include "nodes/ros2/topic_to_ros2.hpp"
@@ -79,9 +80,10 @@ class Ros2BridgeNode {
   MasterLink master_;
   RosGraph ros1_;  ///< as the master told last
   std::map<std::string, std::string> ros1_types_;
-  std::mutex carried_mutex_;  ///< the next two, which diagnostics count
+  std::mutex carried_mutex_;  ///< the next three, which diagnostics count
   std::map<std::string, std::unique_ptr<TopicToRos1>> to_ros1_;
   std::map<std::string, std::unique_ptr<TopicToRos2>> to_ros2_;
+  Ros2Actions actions_;
   ros::Publisher diagnostics_, mark_;
   ros::SteadyTimer timer_;
   std::thread thread_;  ///< last: uses all of the above

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <map>
-#include <sstream>
 #include <vector>
 
 #include "replay/messages/schema.hpp"
-#include "replay/messages/text.hpp"
 #include "replay/ros2/ros2_definition.hpp"
 
 namespace afterglow::replay {
@@ -100,40 +97,6 @@ std::pair<GoalUuid, Bytes> splitUuid(const Bytes& bytes) {
 
 // ------------------------------------------------------------------------------ definitions
 
-/// The definition of a type that another one contains, with those of the types that it needs
-/// itself; empty: it is not there. `type`: "package/Type".
-std::string containedDefinition(const std::string& type, const std::string& text) {
-  std::map<std::string, std::string> sections;
-  std::string* section_text = &sections[""];
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    if (beginsWith(line, "MSG:")) {
-      section_text = &sections[ros1TypeName(std::string(trimmed(line.substr(4))))];
-    } else if (line.size() < 2 || line.find_first_not_of('=') != std::string::npos) {
-      *section_text += line + "\n";
-    }
-  }
-  std::string definition;
-  std::vector<std::string> wanted = {type};
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto found = sections.find(wanted[i]);
-    if (found == sections.end()) continue;
-    definition += i == 0 ? found->second : section(wanted[i], found->second);
-    std::istringstream fields(found->second);
-    for (std::string field; std::getline(fields, field);) {
-      std::string name(trimmed(field.substr(0, field.find_first_of(" \t[<"))));
-      if (name.find('/') == std::string::npos) {
-        name = wanted[i].substr(0, wanted[i].find('/') + 1) + name;
-      } else {
-        name.erase(name.find('/'), name.rfind('/') - name.find('/'));
-      }
-      const bool is_new = std::find(wanted.begin(), wanted.end(), name) == wanted.end();
-      if (is_new && sections.count(name) > 0) wanted.push_back(name);
-    }
-  }
-  return definition;
-}
-
 const std::string kTrajectoryAction = "control_msgs/FollowJointTrajectory";
 const std::string kMultiDofPoint = "trajectory_msgs/MultiDOFJointTrajectoryPoint";
 
@@ -186,16 +149,6 @@ std::optional<ActionText> actionOfRos1(const std::string& type, const FindDefini
 }
 
 }  // namespace
-
-std::optional<ActionText> toldAction(const std::string& type, const std::string& send_goal,
-                                     const std::string& get_result, const std::string& feedback) {
-  ActionText action;
-  action.goal = containedDefinition(partInRos2(type, kGoal), send_goal);
-  action.result = containedDefinition(partInRos2(type, kResult), get_result);
-  action.feedback = containedDefinition(partInRos2(type, kFeedback), feedback);
-  const bool is_told = !action.goal.empty() && !action.result.empty() && !action.feedback.empty();
-  return is_told ? std::optional(action) : std::nullopt;
-}
 
 std::optional<ActionText> ros2Action(const std::string& type, const DefinitionFolders& ros2,
                                      const FindDefinition& ros1) {

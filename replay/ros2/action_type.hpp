@@ -16,14 +16,9 @@
 
 namespace afterglow::replay {
 
-/// The action "package/Type" as its server tells it: by the definitions of its services _SendGoal
-/// and _GetResult and of its _FeedbackMessage, with those of contained types. Empty: one of them
-/// does not hold its part.
-std::optional<ActionText> toldAction(const std::string& type, const std::string& send_goal,
-                                     const std::string& get_result, const std::string& feedback);
-
-/// The definition in ROS 2 of an action "package/Type" that its server does not tell: its .action
-/// file, the known one, or ROS 1's action of that name, in this order. Empty: there is none.
+/// The definition in ROS 2 of an action "package/Type", which its server does not tell (its node
+/// knows the types of services, its readers and writers name those of messages): its .action file,
+/// the known one, or ROS 1's action of that name, in this order. Empty: there is none.
 std::optional<ActionText> ros2Action(const std::string& type, const DefinitionFolders& ros2,
                                      const FindDefinition& ros1);
 

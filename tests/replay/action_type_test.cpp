@@ -150,31 +150,6 @@ TEST_F(ActionTypeTest, hasRos2sFieldsWhereRos1KnowsOthers) {
             (Bytes{1, 0, 0, 0, 1, 0, 0, 0, 'y'}));
 }
 
-TEST(ToldAction, holdsThePartsThatItsServerTells) {
-  const auto section = [](const std::string& type, const std::string& fields) {
-    return std::string(80, '=') + "\nMSG: " + type + "\n" + fields;
-  };
-  const std::string uuid =
-      section("unique_identifier_msgs/msg/UUID", "# 128 bits\nuint8[16] uuid\n");
-  const std::string goal =
-      "a/action/Do_SendGoal_Request request_message\n" +
-      section("a/action/Do_Goal", "b/msg/C[<=2] many\nint8 x\n") +
-      section("a/action/Do_SendGoal_Request",
-              "unique_identifier_msgs/msg/UUID goal_id\na/action/Do_Goal goal\n") +
-      section("b/msg/C", "# a file\nD d\n") + section("b/msg/D", "bool e\n") + uuid;
-  const std::string result =
-      section("a/action/Do_Result", "uint8 structure_needs_at_least_one_member\n") + uuid;
-  const std::string feedback = section("a/action/Do_Feedback", "float32 y\n") + uuid;
-  const auto told = toldAction("a/Do", goal, result, feedback);
-  ASSERT_TRUE(told);
-  EXPECT_EQ(told->goal.find("UUID"), std::string::npos);
-  const ActionType type("a/Do", *told, kNothingKnown);
-  EXPECT_EQ(type.readGoalRequest(type.goalRequest(kUuid, {2, 0, 0, 0, 1, 0, 9})).second,
-            (Bytes{2, 0, 0, 0, 1, 0, 9}));
-  EXPECT_TRUE(type.noResult().empty());
-  EXPECT_FALSE(toldAction("a/Do", goal, "", feedback));
-}
-
 TEST_F(ActionTypeTest, isOfRos1IfItIsNotInstalled) {
   const FindDefinition ros1 = [](const std::string& type) -> std::optional<Definition> {
     return Definition{type == "a/DoGoal" ? "duration x\n" : "", "0"};

@@ -1,0 +1,233 @@
+#include "nodes/ros2/action_to_ros1.hpp"
+
+#include <actionlib_msgs/GoalID.h>
+#include <actionlib_msgs/GoalStatusArray.h>
+
+#include <algorithm>
+#include <random>
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::ActionRelay;
+using replay::ActionService;
+using replay::ActionTopic;
+
+constexpr std::uint32_t kQueue = 50;
+constexpr int kDepth = 100;
+/// A server that runs answers a cancel within that.
+constexpr double kLastCancel_s = 0.5;
+
+const char* nameOf(ActionTopic topic) {
+  constexpr const char* kNames[] = {"goal", "cancel", "status", "feedback", "result"};
+  return kNames[static_cast<std::size_t>(topic)];
+}
+
+template <typename Ros>
+replay::Channel channelOf() {
+  namespace traits = ros::message_traits;
+  return {"",
+          traits::DataType<Ros>::value(),
+          traits::MD5Sum<Ros>::value(),
+          traits::Definition<Ros>::value(),
+          false,
+          ""};
+}
+
+replay::GoalUuid freshUuid() {
+  static std::random_device random;
+  replay::GoalUuid uuid;
+  for (std::uint8_t& byte : uuid) byte = static_cast<std::uint8_t>(random());
+  return uuid;
+}
+
+/// A client's name in its requests is its writer, or its reader of replies. `own`: the writer of
+/// this process's only client of the service.
+replay::RequestId requestId(const DdsGuid& client, std::int64_t number, const DdsGuid& own) {
+  return {client.isOfParticipant(own) ? own.bytes : client.bytes, number};
+}
+
+}  // namespace
+
+ActionToRos1::ActionToRos1(DdsParticipant& participant, const replay::ActionType& type,
+                           Options options)
+    : options_(std::move(options)), type_(type), relay_(type, outlets()) {
+  const std::string action = options_.action + "/_action/", ros2_type = options_.ros2_type;
+  addService(participant, ActionService::SendGoal,
+             replay::serviceNames(action + "send_goal", ros2_type + "_SendGoal"));
+  addService(participant, ActionService::GetResult,
+             replay::serviceNames(action + "get_result", ros2_type + "_GetResult"));
+  addService(participant, ActionService::CancelGoal,
+             replay::serviceNames(action + "cancel_goal", "action_msgs/srv/CancelGoal"));
+  is_complete_ = true;
+  addTopic(participant, action + "feedback", ros2_type + "_FeedbackMessage",
+           {options_.is_feedback_reliable, false, kDepth}, &ActionRelay::onFeedback);
+  addTopic(participant, action + "status", "action_msgs/msg/GoalStatusArray", {true, true, kDepth},
+           &ActionRelay::onStatus);
+}
+
+ActionToRos1::~ActionToRos1() {
+  subscribers_.clear();
+  const auto is_told = std::make_shared<std::atomic<bool>>(false);
+  post([this, is_told](replay::Stamp now) {
+    relay_.onBridgeEnds(now);
+    *is_told = true;
+  });
+  waitUntil(deadlineIn(kLastCancel_s), [&] { return *is_told && cancels_ <= 0; });
+}
+
+ActionRelay::Outlets ActionToRos1::outlets() {
+  ActionRelay::Outlets outlets;
+  outlets.request = [this](ActionService service, const replay::Bytes& cdr) {
+    return request(service, cdr);
+  };
+  outlets.publish = [this](ActionTopic topic, const replay::Bytes& bytes) {
+    const auto publisher = publishers_.find(topic);
+    if (publisher != publishers_.end()) publisher->second.publish(RawMessage{bytes});
+  };
+  outlets.tell = [this](const std::string& problem) {
+    ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << problem);
+  };
+  outlets.fresh_uuid = freshUuid;
+  return outlets;
+}
+
+void ActionToRos1::post(std::function<void(replay::Stamp now)> task) {
+  const bool has_room = thread_.post([this, task = std::move(task)] {
+    try {
+      task({static_cast<std::int64_t>(ros::Time::now().toNSec())});
+    } catch (const std::runtime_error& error) {  // of DDS, of ROS
+      ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << error.what());
+    }
+  });
+  if (!has_room) ROS_WARN_STREAM_THROTTLE(1, options_.action << ": more comes than can be carried");
+}
+
+// ----------------------------------------------------------------------------------- to ROS 2
+
+void ActionToRos1::addService(DdsParticipant& participant, ActionService service,
+                              const replay::ServiceNames& names) {
+  const DdsQos qos{true, false, kDepth};
+  auto requests =
+      std::make_unique<DdsWriter>(participant, names.request_topic, names.request_type, qos);
+  const DdsGuid own = requests->guid();
+  readers_.push_back(std::make_unique<DdsReader>(
+      participant, names.reply_topic, names.reply_type, qos,
+      [this, service, own](DdsSample&& reply) {
+        if (!is_complete_) return;
+        if (service == ActionService::CancelGoal && reply.related.writer.isOfParticipant(own)) {
+          --cancels_;
+        }
+        const auto id = requestId(reply.related.writer, reply.related.sequence, own);
+        post([this, service, id, cdr = std::move(reply.cdr)](replay::Stamp now) {
+          relay_.onReply(service, id, cdr, now);
+        });
+      }));
+  services_[service] = {std::move(requests), readers_.back().get(), nullptr};
+  // A client of rmw_fastrtps waits until a service has as many readers of requests as writers of
+  // replies, so that a reader of others' requests needs a writer, which says nothing. It waits for
+  // all services of an action: by the one without these it knows the server.
+  if (service == ActionService::GetResult) return;
+  services_[service].silent =
+      std::make_unique<DdsWriter>(participant, names.reply_topic, names.reply_type, qos);
+  readers_.push_back(std::make_unique<DdsReader>(
+      participant, names.request_topic, names.request_type, qos,
+      [this, service, own](DdsSample&& request) {
+        if (!is_complete_) return;
+        const DdsGuid& reader = request.related.writer;
+        const auto id = requestId(reader.isKnown() ? reader : request.identity.writer,
+                                  request.identity.sequence, own);
+        post([this, service, id, cdr = std::move(request.cdr)](replay::Stamp now) {
+          relay_.onRequest(service, id, cdr, now);
+        });
+      }));
+}
+
+void ActionToRos1::addTopic(DdsParticipant& participant, const std::string& name,
+                            const std::string& type, const DdsQos& qos,
+                            void (ActionRelay::*hear)(const replay::Bytes& cdr,
+                                                      replay::Stamp now)) {
+  readers_.push_back(std::make_unique<DdsReader>(
+      participant, replay::ddsTopicName(name), replay::ddsTypeName(type), qos,
+      [this, hear](DdsSample&& sample) {
+        post([this, hear, cdr = std::move(sample.cdr)](replay::Stamp now) {
+          (relay_.*hear)(cdr, now);
+        });
+      }));
+}
+
+replay::RequestId ActionToRos1::request(ActionService service, const replay::Bytes& cdr) {
+  const Service& ours = services_.at(service);
+  if (service == ActionService::CancelGoal) ++cancels_;
+  const std::int64_t number = ours.requests->write(cdr, {ours.replies->guid(), 0}).sequence;
+  return {ours.requests->guid().bytes, number};
+}
+
+bool ActionToRos1::isServed(const Service& service) const {
+  const auto is_server = [this](const DdsGuid& guid) {
+    return guid.isOfParticipant(options_.server);
+  };
+  const std::vector<DdsGuid> readers = service.requests->matched();
+  const std::vector<DdsGuid> writers = service.replies->matched();
+  return std::any_of(readers.begin(), readers.end(), is_server) &&
+         std::any_of(writers.begin(), writers.end(), is_server);
+}
+
+// ----------------------------------------------------------------------------------- to ROS 1
+
+bool ActionToRos1::begin() {
+  if (!subscribers_.empty()) return true;
+  for (const auto& [name, service] : services_) {
+    if (!isServed(service)) return false;
+  }
+  const auto cancel = channelOf<actionlib_msgs::GoalID>();
+  post([this, cancel](replay::Stamp now) {
+    advertise(ActionTopic::Goal, type_.goal());
+    advertise(ActionTopic::Cancel, cancel);
+    advertise(ActionTopic::Feedback, type_.feedback());
+    advertise(ActionTopic::Result, type_.result());
+    advertise(ActionTopic::Status, channelOf<actionlib_msgs::GoalStatusArray>());
+    relay_.tick(now);
+  });
+  subscribers_ = {subscribe(type_.goal(), ActionTopic::Goal),
+                  subscribe(cancel, ActionTopic::Cancel)};
+  timer_ = node_.createSteadyTimer(
+      ros::WallDuration(1.0 / ActionRelay::kTicksPerSecond),
+      [this](const auto&) { post([this](replay::Stamp now) { relay_.tick(now); }); });
+  return true;
+}
+
+void ActionToRos1::onServerGone() {
+  post([this](replay::Stamp now) { relay_.onServerGone(now); });
+}
+
+void ActionToRos1::advertise(ActionTopic topic, const replay::Channel& channel) {
+  ros::AdvertiseOptions options(options_.action + "/" + nameOf(topic), kQueue, channel.md5,
+                                channel.type, channel.definition);
+  options.latch = topic == ActionTopic::Status;  // as actionlib's
+  publishers_[topic] = node_.advertise(options);
+}
+
+ros::Subscriber ActionToRos1::subscribe(const replay::Channel& channel, ActionTopic topic) {
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const Event&>(
+      options_.action + "/" + nameOf(topic), kQueue,
+      [this, topic](const Event& event) { take(topic, event); });
+  options.md5sum = channel.md5;
+  options.datatype = channel.type;
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  return node_.subscribe(options);
+}
+
+void ActionToRos1::take(ActionTopic topic, const Event& event) {
+  if (event.getPublisherName() == ros::this_node::getName()) return;  // from ROS 2
+  post([this, topic, bytes = event.getConstMessage()->bytes](replay::Stamp now) {
+    topic == ActionTopic::Goal ? relay_.onRos1Goal(bytes, now) : relay_.onRos1Cancel(bytes);
+  });
+}
+
+}  // namespace afterglow::nodes
