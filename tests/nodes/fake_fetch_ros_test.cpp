@@ -333,6 +333,8 @@ TEST_F(FakeFetchNodeTest, isBackAtItsStartAfterAReset) {
   const Eigen::Vector3d start(1, 0, 0);
   ASSERT_TRUE(driveUntil(
       -0.4, [&] { return (world->T_map("base_link").translation() - start).norm() > 0.05; }));
+  // A command that arrives after the reset would drive it away again.
+  ASSERT_TRUE(eventually([&] { return world->odometry().twist.twist.linear.x == 0; }));
   callReset();  // checks it
 }
 
