@@ -4,11 +4,11 @@
 #include <actionlib_msgs/GoalStatusArray.h>
 
 #include <algorithm>
-#include <random>
 #include <stdexcept>
 #include <utility>
 
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -36,13 +36,6 @@ replay::Channel channelOf() {
           traits::Definition<Ros>::value(),
           false,
           ""};
-}
-
-replay::GoalUuid freshUuid() {
-  static std::random_device random;
-  replay::GoalUuid uuid;
-  for (std::uint8_t& byte : uuid) byte = static_cast<std::uint8_t>(random());
-  return uuid;
 }
 
 /// A client's name in its requests is its writer, or its reader of replies. `own`: the writer of
@@ -92,18 +85,19 @@ ActionRelay::Outlets ActionToRos1::outlets() {
   outlets.tell = [this](const std::string& problem) {
     ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << problem);
   };
-  outlets.fresh_uuid = freshUuid;
+  outlets.fresh_uuid = [] { return *replay::goalUuidOf(replay::newKey()); };
   return outlets;
 }
 
-void ActionToRos1::post(std::function<void(replay::Stamp now)> task) {
-  const bool has_room = thread_.post([this, task = std::move(task)] {
+void ActionToRos1::post(std::function<void(replay::Stamp now)> task, std::size_t most_waiting) {
+  const auto guarded = [this, task = std::move(task)] {
     try {
       task({static_cast<std::int64_t>(ros::Time::now().toNSec())});
     } catch (const std::runtime_error& error) {  // of DDS, of ROS
       ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << error.what());
     }
-  });
+  };
+  const bool has_room = thread_.post(guarded, most_waiting);
   if (!has_room) ROS_WARN_STREAM_THROTTLE(1, options_.action << ": more comes than can be carried");
 }
 
@@ -154,9 +148,10 @@ void ActionToRos1::addTopic(DdsParticipant& participant, const std::string& name
   readers_.push_back(std::make_unique<DdsReader>(
       participant, replay::ddsTopicName(name), replay::ddsTypeName(type), qos,
       [this, hear](DdsSample&& sample) {
-        post([this, hear, cdr = std::move(sample.cdr)](replay::Stamp now) {
-          (relay_.*hear)(cdr, now);
-        });
+        // Whatever floods the topics leaves room for goals and cancels.
+        post([this, hear,
+              cdr = std::move(sample.cdr)](replay::Stamp now) { (relay_.*hear)(cdr, now); },
+             kDepth);
       }));
 }
 

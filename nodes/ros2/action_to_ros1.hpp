@@ -62,8 +62,10 @@ class ActionToRos1 {
   void advertise(replay::ActionTopic topic, const replay::Channel& channel);
   ros::Subscriber subscribe(const replay::Channel& channel, replay::ActionTopic topic);
   void take(replay::ActionTopic topic, const Event& event);
-  /// Does it in the relay's thread.
-  void post(std::function<void(replay::Stamp now)> task);
+  /// Does it in the relay's thread, unless so many wait.
+  void post(std::function<void(replay::Stamp now)> task, std::size_t most_waiting = kMostWaiting);
+
+  static constexpr std::size_t kMostWaiting = 1000;
 
   const Options options_;
   const replay::ActionType type_;
@@ -73,7 +75,7 @@ class ActionToRos1 {
   ros::NodeHandle node_;
   std::map<replay::ActionTopic, ros::Publisher> publishers_;  ///< used in `thread_` alone
   std::map<replay::ActionService, Service> services_;
-  replay::TaskThread thread_{1000};
+  replay::TaskThread thread_{kMostWaiting};
   std::vector<std::unique_ptr<DdsReader>> readers_;  ///< these and the next post to `thread_`
   std::vector<ros::Subscriber> subscribers_;
   ros::SteadyTimer timer_;

@@ -1,5 +1,6 @@
 #include "replay/clock/worker_thread.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace afterglow::replay {
@@ -16,10 +17,10 @@ TaskThread::~TaskThread() {
   thread_.join();
 }
 
-bool TaskThread::post(std::function<void()> task) {
+bool TaskThread::post(std::function<void()> task, std::size_t most_waiting) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (tasks_.size() >= most_waiting_) return false;
+    if (tasks_.size() >= std::min(most_waiting, most_waiting_)) return false;
     tasks_.push_back(std::move(task));
   }
   changed_.notify_all();

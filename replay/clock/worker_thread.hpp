@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -23,8 +24,9 @@ class TaskThread {
   TaskThread(const TaskThread&) = delete;
   TaskThread& operator=(const TaskThread&) = delete;
 
-  /// Returns false if too many wait. A task does not throw. Any thread.
-  bool post(std::function<void()> task);
+  /// Returns false if too many wait, or `most_waiting`. A task does not throw. Any thread.
+  bool post(std::function<void()> task,
+            std::size_t most_waiting = std::numeric_limits<std::size_t>::max());
 
  private:
   void run();
