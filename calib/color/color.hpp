@@ -38,8 +38,7 @@ struct ColorSample {
 /// seen = dark + M_seen_light * (response of red, green, blue).
 struct ColorResponse {
   std::vector<double> levels;                   ///< 0 to 255, ascending, with both
-  std::array<std::vector<double>, 3> response;  ///< the response at each level; from 0 to 1, not
-                                                ///< descending
+  std::array<std::vector<double>, 3> response;  ///< response at each level, 0 to 1, rising
   /// The mixing matrix, the surface's color included.
   Eigen::Matrix3d M_seen_light = Eigen::Matrix3d::Identity();
   Eigen::Vector3d dark = Eigen::Vector3d::Zero();  ///< the room's light, and the projector's black
@@ -84,8 +83,7 @@ struct ColorFit {
   int checks = 0;
   std::array<double, 3> gamma{};   ///< the power that is nearest to each channel's response
   std::vector<ColorReach> named;   ///< red, green, ... and how far off they are
-  double share_reached = 0;        ///< the share of sRGB's colors, taken evenly from its cube, that
-                                   ///< is within reach
+  double share_reached = 0;        ///< share of sRGB's cube within reach
 };
 
 /// Returns the colors to photograph: black, ramps of each channel, grays and mixtures to check

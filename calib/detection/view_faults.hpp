@@ -16,13 +16,11 @@ struct ViewDetections {
   /// Tags in the pattern's picture as it is. Decimation 2 is good enough where there is a plain
   /// one: it tells whether the board moved, and whether the pattern is there at all.
   std::vector<DetectedTag> pattern;
-  std::vector<DetectedTag> quotient;  ///< tags in the quotient of the two pictures; empty without a
-                                      ///< plain one
+  std::vector<DetectedTag> quotient;  ///< tags in both pictures' quotient; empty: one picture
 };
 
 struct ViewFaults {
-  std::vector<std::string> faults;  ///< faults, each with an advice; a view with any is to be left
-                                    ///< out
+  std::vector<std::string> faults;  ///< faults with advice; any of them rules the view out
   std::vector<std::string> notes;   ///< odd, but no harm
 };
 

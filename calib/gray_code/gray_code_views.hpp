@@ -19,8 +19,7 @@ struct GrayCodeOptions {
   Chessboard chessboard;
   int width = 0, height = 0;   ///< the projector's, px
   int step = 1;                ///< step of kamino410's code, px
-  std::optional<Lens> camera;  ///< the camera's lens; without it the chessboards calibrate the
-                               ///< camera first
+  std::optional<Lens> camera;  ///< lens; else chessboards calibrate the camera
   int threads = 2;
 };
 

@@ -54,8 +54,7 @@ struct TakerOptions {
 struct TakerAnswer {
   enum class Keep { Nothing, Pattern, Plain };
   Shown show = Shown::Plain;
-  Keep keep = Keep::Nothing;  ///< the photograph of the view that this image is; Plain is the
-                              ///< second
+  Keep keep = Keep::Nothing;  ///< the photograph that this image is; Plain is 2nd
   bool is_complete = false;   ///< true once both photographs are there
   std::string discarded;      ///< the reason for giving up a view that was begun, with an advice
   /// The reason why no view is begun.

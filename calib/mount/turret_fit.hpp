@@ -29,8 +29,7 @@ struct JointError {
   };
   Value axis_deg;  ///< error of its direction
   Value axis_mm;   ///< error of its place, across the axis
-  Value zero_deg;  ///< error of its zero; for the last joint this cannot be told from how the
-                   ///< projector sits on it
+  Value zero_deg;  ///< error of its zero; the last joint's is also the projector's seat
   Value scale_percent;
   double span_deg = 0;  ///< angle between the outermost poses
 };

@@ -28,8 +28,7 @@ struct Influence {
     SharedMatrix information = SharedMatrix::Zero();
     SharedVector score = SharedVector::Zero();
   };
-  std::vector<OfView> views;  ///< influence of the views in the order given; zero for those not
-                              ///< used
+  std::vector<OfView> views;  ///< influence by view; 0 for unused ones
   SharedMatrix prior = SharedMatrix::Zero();
   std::array<bool, kSharedSize> is_free{};
 

@@ -29,8 +29,7 @@ struct TargetCheck {
   int id = 0;
   bool is_seen = false;
   std::vector<LandingError> errors;             ///< errors of its four corners
-  Eigen::Vector2d offset_mm{0, 0};              ///< offset of its middle, along the surface's x and
-                                                ///< y
+  Eigen::Vector2d offset_mm{0, 0};              ///< offset of its middle, x and y
   std::array<Eigen::Vector2d, 4> wanted_px{};   ///< corners in the photograph
   std::array<Eigen::Vector2d, 4> corners_px{};  ///< corners as seen
 };

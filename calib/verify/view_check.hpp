@@ -14,8 +14,7 @@ namespace afterglow::calib {
 struct ViewCheck {
   std::string name;
   std::vector<LandingError> errors;  ///< `wanted`: where the calibration says that light lands
-  std::string fault;                 ///< the reason why nothing was measured; empty if something
-                                     ///< was
+  std::string fault;                 ///< reason if nothing was measured
 };
 
 /// The board's pose comes from its printed tags alone, so that the projector's calibration has no

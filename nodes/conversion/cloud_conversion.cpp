@@ -51,8 +51,7 @@ render::Rgba unpack(std::uint32_t bits, bool with_alpha) {
 /// The fields that are read of every point.
 struct CloudFields {
   std::vector<FieldReader> xyz;
-  std::vector<FieldReader> color;  ///< fields of the color: a packed one, three shares, one number,
-                                   ///< or empty
+  std::vector<FieldReader> color;  ///< packed, three shares, a number, or empty
   bool with_alpha = false;
 };
 

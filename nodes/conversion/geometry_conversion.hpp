@@ -43,8 +43,7 @@ Converted<T> refused(std::string reason) {
 }
 
 constexpr double kFarthest = 1e6;  ///< meters; beyond it a coordinate is absurd, not far away
-constexpr std::size_t kMostPoints = std::size_t{1} << 22;  ///< limit of one message; more is
-                                                           ///< refused
+constexpr std::size_t kMostPoints = std::size_t{1} << 22;  ///< limit of a message; more is refused
 
 /// Meters. Empty if a coordinate is not finite or beyond kFarthest.
 std::optional<Eigen::Vector3f> toVector(double x, double y, double z);

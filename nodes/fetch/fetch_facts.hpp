@@ -11,8 +11,7 @@
 
 namespace afterglow::nodes {
 
-constexpr const char* kGripperLink = "gripper_link";  ///< point between the pads, x along the
-                                                      ///< fingers
+constexpr const char* kGripperLink = "gripper_link";  ///< pads' middle; x along the fingers
 
 /// Torso and arm, in the order of arm_with_torso_controller.
 extern const std::vector<std::string> kArmWithTorsoJoints;

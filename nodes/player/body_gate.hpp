@@ -148,8 +148,7 @@ class BodyGate {
   std::optional<replay::PlayGuards> guards_;
   std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
-  std::string why_no_drive_;  ///< the reason why the base may not be driven to the start; empty: it
-                              ///< may
+  std::string why_no_drive_;  ///< reason if the base may not drive to the start
   std::optional<OpenLoopMonitor>
       open_loop_;  ///< if recorded velocities are sent, and a scan is seen
   mutable std::mutex waits_mutex_;

@@ -56,8 +56,7 @@ class PlayerServices {
   ros::Publisher goals_;  ///< publisher to this node's own action
   std::mutex mutex_;
   std::weak_ptr<ReplaySession> paused_;
-  std::set<std::string> pausers_;  ///< nodes that have paused it; of another session, or one that
-                                   ///< goes on, they do not count
+  std::set<std::string> pausers_;  ///< nodes that paused this session
   std::vector<ros::ServiceServer> servers_;
   ros::CallbackQueue slow_requests_;
   ros::AsyncSpinner slow_thread_{1, &slow_requests_};

@@ -90,8 +90,7 @@ class ReplaySession {
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
   bool is_halted_ = false;  ///< nobody holds the button that lets it move
-  std::unique_ptr<ReplayTime> time_;  ///< time from run() on; last: it tells of its clock until its
-                                      ///< end
+  std::unique_ptr<ReplayTime> time_;  ///< last: tells of its clock until its end
 };
 
 }  // namespace afterglow::nodes

@@ -62,8 +62,7 @@ struct LayerConfig {
   render::Placement placement = render::Placement::Direct;
   std::optional<std::size_t> surface;  ///< index of the surface; set for Drape and Viewer
   std::optional<ViewerConfig> viewer;  ///< set for Viewer
-  std::optional<ReaderConfig> reader;  ///< reader of markers, Drape; empty: stands at the surface's
-                                       ///< -y
+  std::optional<ReaderConfig> reader;  ///< markers' reader, Drape; empty: at the surface's -y
 };
 
 /// The keys of a layer.

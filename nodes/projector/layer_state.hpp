@@ -96,10 +96,8 @@ class LayerState {
   const std::string& explain(FrameLookup& frames);
 
   LayerStatus status() const;
-  bool isWaiting() const {
-    return !waiting_.empty();
-  }  ///< true while content waits for a
-     ///< transform
+  /// Returns true while content waits for a transform.
+  bool isWaiting() const { return !waiting_.empty(); }
 
  private:
   struct Shown {

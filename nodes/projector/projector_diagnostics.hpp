@@ -41,8 +41,7 @@ struct ProjectorState {
   std::vector<std::pair<std::string, std::string>> stages;
   std::vector<OutputState> outputs;
   std::vector<LayerStatus> layers;
-  std::map<std::string, double> silent_s;  ///< seconds since the last message, by topic; absent: no
-                                           ///< message came
+  std::map<std::string, double> silent_s;  ///< since the last message; absent: there was none
 };
 
 /// Makes a status for each projector (an error while it is dark because something is missing, a

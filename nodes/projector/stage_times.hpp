@@ -28,8 +28,7 @@ class StageTimes {
  public:
   using Duration = std::chrono::steady_clock::duration;
 
-  static constexpr std::size_t kKept = 256;  ///< number of each stage's times: eight seconds at 30
-                                             ///< Hz
+  static constexpr std::size_t kKept = 256;  ///< times of each stage: 8 s at 30 Hz
 
   void add(Stage stage, Duration time);
   /// Name and "p50 3.1, p99 7.0 ms" of each stage that has any, in order.

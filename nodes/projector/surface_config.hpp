@@ -31,8 +31,7 @@ struct SurfaceConfig {
   std::string name;
   std::string frame;                     ///< if given, the surface is the z = 0 plane of the frame
   std::vector<Eigen::Vector2d> polygon;  ///< if given: meters; empty: unbounded
-  std::optional<SurfaceSearch> search;   ///< search for a surface that is found in `frame`, not
-                                         ///< given
+  std::optional<SurfaceSearch> search;   ///< search for a surface found in `frame`
   std::optional<ReliefConfig> relief;
   float gain = 1;  ///< factor of the light of its layers
 

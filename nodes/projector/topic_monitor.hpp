@@ -48,8 +48,7 @@ struct LayerStatus {
   std::size_t waiting = 0;    ///< number of those that wait for a transform
   std::string waiting_for;    ///< the frame whose transform is missing, if something waits for it
   std::string missing;        ///< missing part of that transform, in words
-  std::string nothing;        ///< the reason why the newest message shows nothing; empty: it shows
-                              ///< something
+  std::string nothing;        ///< reason if the newest message shows nothing
   std::size_t invisible = 0;  ///< drawables of alpha 0 among what is shown
   std::uint64_t expired = 0;  ///< shown until their lifetime was over, ever
   std::string type;           ///< the configuration's

@@ -14,8 +14,7 @@ struct NodeText {
   std::string name;           ///< "player_node"
   std::string does;           ///< "replays stored behaviors: by action and by service."
   std::string launch;         ///< the launch file that explains its parameters; empty: none
-  std::string ros_name = {};  ///< name of the ROS node, unless `__name:=` gives another; empty:
-                              ///< `name`
+  std::string ros_name = {};  ///< node's name but for `__name:=`; empty: `name`
 };
 
 /// The work of a node, which returns when a stop is requested (stop_signal.hpp). `own` is the

@@ -25,16 +25,14 @@ constexpr const char* kBridgeHardware = "ros2_bridge";
 /// The messages heard on a topic.
 struct HeardTopic {
   std::size_t count = 0;
-  std::string frame;             ///< frame of the first message's header, or first marker; else
-                                 ///< empty
+  std::string frame;             ///< frame of the first header or marker; else empty
   std::set<std::string> joints;  ///< names in JointStates
   std::optional<bool> stops;     ///< last word of the emergency stop's topic
   std::string problem;           ///< the reason why a message could not be read
 };
 
 struct RunningRobot {
-  replay::RobotNames names;  ///< names of the robot in ROS's namespace of this
-                             ///< process
+  replay::RobotNames names;  ///< names in this process's namespace
   RosGraph graph;
   ControllerStates controllers;                ///< states by ros_control's controller managers
   std::map<std::string, std::string> types;    ///< types of all topics

@@ -42,8 +42,7 @@ struct ComposedMask {
 
 struct ComposedLayer {
   Placed placed;
-  Eye eye;  ///< the eye that flat things face, and whose lens shows round
-            ///< things
+  Eye eye;  ///< flat things face it; its lens shows round things
   /// Lays meshes on the surface's relief, the same one as long as all lands at the same places;
   /// nullptr: the surface is flat.
   std::shared_ptr<const ReliefPlacer> relief;

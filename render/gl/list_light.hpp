@@ -25,8 +25,7 @@ struct ListLight {
   float size_px = 0;                                ///< size of points
   SpriteShape shape{};                              ///< shape of things
   int vertices = 0;                                 ///< vertices of each thing; 0: points
-  Eigen::Vector2f reach = Eigen::Vector2f::Zero();  ///< distance of a thing's corners from its
-                                                    ///< center
+  Eigen::Vector2f reach = Eigen::Vector2f::Zero();  ///< distance of corners from the center
   float nearest = 0;  ///< nearer things may bend in the lens, or touch its near plane
   double mean_depth = 0;
 };

@@ -20,8 +20,7 @@ namespace afterglow::render {
 /// Steps expanded for the CPU. A piece is a part of `runs` or of what `steps` has.
 struct PaintList {
   ExpandedSteps steps;                     ///< the layers have its pieces as they are drawn
-  std::vector<ScreenVertex> vertices;      ///< the vertices of its triangles, on the image:
-                                           ///< project()
+  std::vector<ScreenVertex> vertices;      ///< corners of its triangles, by project()
   std::vector<ScreenPoint> screen_points;  ///< the points of `runs`, and after them room
   std::vector<PointRun> runs;
   std::vector<ExpandedLayer> layers;

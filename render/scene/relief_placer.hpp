@@ -18,8 +18,7 @@ namespace afterglow::render {
 
 struct LaidMesh {
   Mesh mesh;                    ///< world; on the relief
-  std::vector<double> heights;  ///< of the content over the surface's plane, one a point: higher
-                                ///< content hides lower content
+  std::vector<double> heights;  ///< heights over the plane; higher hides lower
 };
 
 /// Lays content on a relief. Drape: along the plane's normal. Viewer: where the ray from the

@@ -186,8 +186,7 @@ struct Layer {
   Placement placement = Placement::Direct;
   std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
   Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
-  std::optional<Reader> reader;  ///< the reader of Drape; without one letters point to the
-                                 ///< surface's -y
+  std::optional<Reader> reader;  ///< Drape's; else letters point to the surface's -y
   float gain = 1;  ///< factor on its light, before sRGB's curve; for surfaces darker or farther
 };
 

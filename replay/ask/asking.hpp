@@ -17,7 +17,6 @@ struct AskAnswer {
   enum class Kind {
     Found,      ///< a behavior answers
     AskedBack,  ///< the question which of `candidates` is meant; the next sentence may answer it
-                ///< The next sentence may say
     Unknown,    ///< nothing does
   };
 

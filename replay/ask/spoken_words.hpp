@@ -17,8 +17,7 @@ constexpr const char* kSlot = "{object}";
 
 struct Question {
   std::string behavior;                ///< name of the behavior, or kAnyBehavior
-  std::vector<std::string> phrasings;  ///< phrasings with at most one slot each: "what did you
-                                       ///< pick", "where is {object}"
+  std::vector<std::string> phrasings;  ///< phrasings with a slot at most: "where is {object}"
   bool may_move = false;               ///< else light and speech, even where the player allows more
   bool in_words = false;               ///< told, not shown
 };

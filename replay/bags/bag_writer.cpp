@@ -13,8 +13,7 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::size_t kBagChunkBytes = 768 << 10;  ///< size of records, unless one message is
-                                                   ///< larger
+constexpr std::size_t kBagChunkBytes = 768 << 10;  ///< size; one message may be larger
 /// The bag's header is written again at the end: what follows it begins there.
 constexpr std::size_t kBagHeaderBytes = 4096;
 

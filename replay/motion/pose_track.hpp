@@ -66,8 +66,7 @@ class PoseTrack {
   /// there. Stands, gaps and remarks stay behind, errors are kept.
   PoseTrack part(Stamp from, Stamp to) const;
 
-  std::vector<TrackSpan> stands;  ///< stands of at least a second, in which the odometry did not
-                                  ///< move
+  std::vector<TrackSpan> stands;  ///< a second at least without motion by odometry
   std::vector<TrackSpan> gaps;    ///< spans without any pose; the track goes straight through them
   std::vector<TrackJump> jumps;
   /// Standard deviations on the map: of where it begins and ends, and of one measurement of the

@@ -33,8 +33,7 @@ enum class ReplayPlace { Robot, Elsewhere };
 struct PermissionCase {
   TopicKind kind = TopicKind::Other;
   NamedBy named_by = NamedBy::Nobody;
-  bool is_motion_allowed = false;  ///< permission of the robot's owner: --allow-motion,
-                                   ///< ~allow_motion
+  bool is_motion_allowed = false;  ///< option --allow-motion, ~allow_motion
   ReplayPlace place = ReplayPlace::Robot;
 };
 

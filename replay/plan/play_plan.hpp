@@ -21,8 +21,7 @@
 namespace afterglow::replay {
 
 struct PlannedTopic {
-  Channel channel;  ///< channel of the topic's first message; its name as it was recorded, clean or
-                    ///< not
+  Channel channel;                    ///< the first message's; its name as recorded
   std::optional<TopicName> recorded;  ///< the recorded name, clean; empty: ROS has no such topic
   /// The channel to publish on, by the name that ROS will have for it; cancels follow the remapping
   /// of their goals.
@@ -73,16 +72,14 @@ struct PlayPlan {
 struct PlanOptions {
   std::set<Modality> only;                    ///< empty: all
   std::vector<TopicName> topics, exclude;     ///< no `topics`: all that are played by themselves
-  std::vector<TopicName> also;                ///< topics to be played as well, of any class and
-                                              ///< modality
+  std::vector<TopicName> also;                ///< topics of any kind to be played as well
   /// The same from a setting for all behaviors: ignored if the behavior lacks the topic or its
   /// modality is not asked for.
   std::vector<TopicName> settled;
   std::string regex, exclude_regex;           ///< have to match a whole name; empty: none
   std::map<TopicName, TopicName> remap;       ///< recorded name to published name
   std::string prefix;                         ///< a namespace, before all that is not in `remap`
-  std::function<TopicName(const TopicName&)> resolve;  ///< ROS's resolution of a name; empty: names
-                                                       ///< stay
+  std::function<TopicName(const TopicName&)> resolve;  ///< ROS's resolution; empty: none
   double start_s = 0;                         ///< into the behavior
   std::optional<double> duration_s, until_s;  ///< seconds from the start; into the behavior
   /// The published names of the topics that a running projector shows; empty: not known.

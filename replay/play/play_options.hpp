@@ -23,8 +23,7 @@ struct PlayOptions {
   /// The time that goals may take beyond their recorded end, or the replay's.
   double goal_wait_s = 10.0;
   std::size_t prefetch_bytes = 64u << 20;
-  bool is_looping = false;    ///< true for light and speech only: the body ends where it did not
-                              ///< begin
+  bool is_looping = false;    ///< true only without the body, which ends elsewhere
   bool is_immediate = false;  ///< true: as fast as it goes; for light and speech only
   bool starts_paused = false;
   bool keeps_alive = false;  ///< the end comes with stop() only

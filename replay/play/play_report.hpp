@@ -65,8 +65,7 @@ struct ModalityFailures {
 /// The drives of the base of a velocity topic.
 struct PlayedBase {
   std::string topic;
-  std::string why_open_loop;              ///< the reason why its velocities were sent as they were:
-                                          ///< a clause
+  std::string why_open_loop;              ///< reason for velocities as recorded: a clause
   std::optional<BaseDriveReport> driven;  ///< else
   Samples deviation;                      ///< m off the recorded track
 };

@@ -65,7 +65,6 @@ struct Behavior {
   std::int64_t recording = 0;  ///< the part of the log it lies in
   std::string name;
   std::string tree_path;    ///< place in the behavior tree, e.g. "kitting/pick"; may be empty
-                            ///< "kitting/pick"; may be empty
   std::int64_t parent = 0;  ///< enclosing behavior; 0: none
   int attempt = 1;
   std::string outcome;       ///< "success", "failure", "stopped", ...; empty while it runs
@@ -101,8 +100,7 @@ struct BehaviorFilter {
   std::optional<Stamp> until;        ///< begin before this
   std::optional<std::string> robot;
   std::optional<std::string> tag;
-  std::shared_ptr<const Filter> where;  ///< filter over its fields and its messages'
-                                        ///< (query/filter.hpp)
+  std::shared_ptr<const Filter> where;  ///< filter by fields and messages (query/filter.hpp)
   std::optional<std::size_t> limit;     ///< only so many, the newest
 };
 
@@ -124,8 +122,7 @@ struct MessageRange {
   std::optional<Stamp> begin = {};  ///< inclusive
   std::optional<Stamp> end = {};    ///< exclusive
   bool with_all_topics = false;     ///< all that the recording has, whatever `topics` says
-  std::shared_ptr<const Filter> where = nullptr;  ///< filter over the messages' fields
-                                                  ///< (query/filter.hpp)
+  std::shared_ptr<const Filter> where = nullptr;  ///< filter by fields (query/filter.hpp)
 };
 
 /// The end of an interval that has none.

@@ -1,7 +1,6 @@
 /// \file
-/// An import into a store: many appends that become visible together, or not at all. Internal to
-/// replay.
-/// Pauses of a long write, in which others can write. Internal to replay.
+/// An import into a store: many appends that become visible together, or not at all, with pauses
+/// in which others can write. Internal to replay.
 #pragma once
 
 #include <chrono>

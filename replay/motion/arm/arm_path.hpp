@@ -69,8 +69,7 @@ struct ArmDeparture {
   /// The joints' distances from it, which are made good on the way in `blend_s`.
   std::vector<double> offsets;
   double blend_s = 0;
-  double pace = 0;    ///< share of the path's speed that they have already; 0: at rest, 1: as fast
-                      ///< as the path
+  double pace = 0;    ///< speed that they have: 0 at rest, 1 as the path
   double ramp_s = 0;  ///< time in which they become as fast as the path
 
   /// Returns how much later they are than the path after that.

@@ -49,8 +49,7 @@ struct ArmStartOptions : Approach::Rules {
 struct GoalProgress {
   Stamp begun;           ///< the recorded moment that the goal was sent at
   Stamp at;              ///< the recorded moment that it goes on at
-  double elapsed_s = 0;  ///< time from one to the other in the goal's own time, which a rate
-                         ///< changes
+  double elapsed_s = 0;  ///< time between them in the goal's own time, at rate 1
 };
 
 /// The needs of the rest of a goal before recorded time goes on.

@@ -125,8 +125,7 @@ class BaseDrive {
   std::vector<Drive> drives_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
   std::unique_ptr<BaseTracker> tracker_;  ///< tracker of the drive under way
-  bool is_return_ = false;              ///< true: that drive only brings the base back to where it
-                                        ///< was
+  bool is_return_ = false;                ///< true: the drive only brings the base back
   bool has_entered_ = false;            ///< once
   std::optional<BaseLocalizer> known_;  ///< the base's place by the last tracker
   Stamp begin_;                         ///< moment at which it was entered

@@ -69,8 +69,7 @@ class FloorScan {
   double angle_min_, increment_;
   ScanMount mount_;
   std::vector<Point> points_;
-  std::vector<double> ranges_;  ///< range of each beam; infinite: nothing is there; NaN: it is
-                                ///< blind
+  std::vector<double> ranges_;  ///< infinite: nothing is there; NaN: blind
   bool is_blind_ = true;
 };
 

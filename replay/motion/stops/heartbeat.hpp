@@ -24,8 +24,7 @@ class HeartbeatMonitor {
  public:
   struct Options {
     std::int64_t longest_silence_ns = 60000000;
-    std::int64_t braking_ns = 300000000;  ///< time of braking; one message may be lost, or
-                                          ///< overtaken
+    std::int64_t braking_ns = 300000000;  ///< time of braking: a message may be lost
     std::int64_t braking_period_ns = 20000000;
   };
   explicit HeartbeatMonitor(const Options& options) : options_(options) {}

@@ -67,8 +67,7 @@ class MotionMonitor {
     Schema goal;
     std::optional<Index> cancel = {}, halt = {}, hold = {};
     std::set<std::string> open = {};  ///< ids whose final status was not seen
-    bool is_aborted = false;          ///< true: an aborted goal is what moves now, as far as is
-                                      ///< known
+    bool is_aborted = false;          ///< true: an aborted goal perhaps moves on
     Bytes last = {};                  ///< last message of a gripper
     std::optional<double> gap = {};   ///< gap that the hold is for
   };

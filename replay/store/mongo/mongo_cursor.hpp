@@ -22,8 +22,7 @@ class MongoCursor final : public MessageCursor {
   struct Lane {
     std::string collection;
     std::vector<std::int64_t> channels;
-    std::shared_ptr<const Schema> schema;  ///< schema of the filter's narrowing; null: several or
-                                           ///< unknown
+    std::shared_ptr<const Schema> schema;  ///< schema that narrows the filter; null: several
     std::deque<Message> page;
     Stamp received;              ///< begin of the next page ...
     std::int64_t sequence = -1;  ///< ... behind this one of that stamp

@@ -17,8 +17,7 @@ class SqliteMessageReader {
   struct Contents {
     Bytes bytes;
     std::optional<Stamp> header_stamp;
-    std::string problem;  ///< the reason why the bytes are not those that were stored; empty: they
-                          ///< are
+    std::string problem;  ///< reason if the bytes are not those stored
   };
 
   /// The columns that read() wants of a row of messages.

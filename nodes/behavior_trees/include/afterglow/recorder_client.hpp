@@ -16,8 +16,7 @@ struct RecordingOptions {
   std::vector<std::string> topics = {};   ///< absolute names; they need not be announced yet
   std::vector<std::string> regexes = {};  ///< and every topic that one of these matches as a whole
   bool all = false;                       ///< true: all topics but the recorder's exceptions
-  std::vector<std::string> exclude = {};  ///< expressions for names that `regexes` and `all` leave
-                                          ///< out
+  std::vector<std::string> exclude = {};  ///< exceptions from `regexes` and `all`
   std::vector<std::string> limits = {};  ///< "/scan every=5", "/points max_hz=2"
   /// Place in the behavior tree; behaviors nest by it. Empty: the name, below the path of this
   /// thread's EnclosingRecording.

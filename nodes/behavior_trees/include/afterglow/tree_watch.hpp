@@ -44,8 +44,7 @@ TransitionSink publishTransitions(const std::string& topic = "~tree_transitions"
 struct WatchedNode {
   std::string name, type;
   std::uint32_t uid = 0;
-  std::optional<std::size_t> parent;  ///< index of the parent, smaller than the node's own; the
-                                      ///< root has none
+  std::optional<std::size_t> parent;  ///< index, below the node's own; empty: root
 };
 
 /// Recordings of the nodes of one tree, by their status. Any thread.
