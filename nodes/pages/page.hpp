@@ -19,13 +19,15 @@ using PageData = nlohmann::ordered_json;
 /// A page that needs no network and no script, well-formed as XML. `data` has to hold `page_title`;
 /// `version` is added. The template is Mustache, in which a name can be followed by how its value
 /// is written:
-///   {{mm:.2f}}          by fmt's format
-///   {{mm:.2f mm}}       with a unit
-///   {{m:100*.1f}}       multiplied before
-///   {{mm:two}}          with two digits: 0.034, 3.4, 34
-///   {{mm:.2f|-}}        a text for a value that is not there
-///   {{#count:any}}      a section of what is not 0, "" or empty
-///   {{#topics:each}}    a section of each member of an object; `key` is its name
+///
+///     {{mm:.2f}}          by fmt's format
+///     {{mm:.2f mm}}       with a unit
+///     {{m:100*.1f}}       multiplied before
+///     {{mm:two}}          with two digits: 0.034, 3.4, 34
+///     {{mm:.2f|-}}        a text for a value that is not there
+///     {{#count:any}}      a section of what is not 0, "" or empty
+///     {{#topics:each}}    a section of each member of an object; `key` is its name
+///
 /// null, false, "" and empty lists are left out, as names are that no data holds.
 /// Throws std::logic_error for a template that does not exist or is malformed.
 std::string makePage(const std::string& name, PageData data);

@@ -13,7 +13,7 @@
 namespace afterglow::nodes {
 
 /// Makes one line: control characters, also those of Unicode (U+0080 to U+009F), line breaks and
-/// the marks that turn the direction of writing stand as \u001b; so they do in JSON's strings.
+/// the marks that turn the direction of writing stand as `\u001b`; so they do in JSON's strings.
 std::string oneLine(const std::string& text);
 
 /// While it lives, whatever the program writes to std::cout and std::cerr is as oneLine() has it,

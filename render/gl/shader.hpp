@@ -40,7 +40,7 @@ struct EmbeddedShader {
 extern const EmbeddedShader kEmbeddedShaders[];
 
 /// A stage made of several files, in order: a file may use those before it. The files hold no
-/// #version; it is 4.5 core.
+/// `#version`; it is 4.5 core.
 struct ShaderStage {
   GLenum stage;
   std::vector<std::string> files;

@@ -49,7 +49,7 @@ class StopMaker {
 /// The JointTrajectory topic of the controller that an action's goals are for: ros_controllers'
 /// joint trajectory controllers go on with the trajectory of a goal that they have aborted, and no
 /// cancel reaches it any more (ros_controllers issues 48, 461). A trajectory without points on
-/// <controller>/command halts them, and PR2's. Empty for other actions. Whether such a controller
+/// `<controller>/command` halts them, and PR2's. Empty for other actions. Whether such a controller
 /// is there shows who hears the topic.
 std::optional<Channel> haltChannel(const Channel& goal);
 /// A gripper's goal to stay at the gap it has, made of its last one, with its effort: a cancel may

@@ -1,5 +1,5 @@
 /// \file
-/// <RecordBehavior> and TreeObserver for BehaviorTree.CPP 3.
+/// `<RecordBehavior>` and TreeObserver for BehaviorTree.CPP 3.
 #pragma once
 
 #include <behaviortree_cpp_v3/bt_factory.h>

@@ -1,5 +1,5 @@
 /// \file
-/// <RecordBehavior> and TreeObserver for BehaviorTree.CPP 4.
+/// `<RecordBehavior>` and TreeObserver for BehaviorTree.CPP 4.
 #pragma once
 
 #include <behaviortree_cpp/bt_factory.h>

@@ -1,6 +1,6 @@
 /// \file
-/// The decorator <RecordBehavior> for BehaviorTree.CPP, the same text for versions 3 and 4: include
-/// behavior_tree_v3.hpp or behavior_tree_v4.hpp, never both in one program.
+/// The decorator `<RecordBehavior>` for BehaviorTree.CPP, the same text for versions 3 and 4:
+/// include behavior_tree_v3.hpp or behavior_tree_v4.hpp, never both in one program.
 ///
 ///     <RecordBehavior name="pick" topics="/gripper/command /tf" keep_if="failure,halted">
 ///       <SubTree ID="PickGearboxBottom"/>
@@ -170,7 +170,7 @@ class RecordBehavior : public BT::DecoratorNode {
   RecordedNode recorded_;
 };
 
-/// Trees of this factory know <RecordBehavior> from now on.
+/// Trees of this factory know `<RecordBehavior>` from now on.
 inline void registerRecordBehavior(
     BT::BehaviorTreeFactory& factory,
     const std::shared_ptr<RecorderClient>& recorder = rosRecorder()) {

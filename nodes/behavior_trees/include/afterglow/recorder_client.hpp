@@ -36,7 +36,7 @@ struct RecordingOptions {
 
 /// A field of what a recording can be asked for.
 struct RecordingField {
-  const char* name;  ///< name in messages and as a port of <RecordBehavior>
+  const char* name;  ///< name in messages and as a port of `<RecordBehavior>`
   const char* help;
   const char* separators = "";  ///< separators of a list that is written as one text
 };
