@@ -281,7 +281,7 @@ HttpResponse ConsoleApi::message(std::int64_t id, const HttpRequest& request) co
       {"bytes", newest->bytes.size()},
       {"value", nullptr}};
   try {
-    const auto schema = replay::Schema::parse(channel.type, channel.definition);
+    const auto schema = replay::Schema::of(channel);
     json["value"] = shortJson(replay::decode(schema, newest->bytes));
   } catch (const replay::MessageError& error) {
     json["problem"] = error.what();

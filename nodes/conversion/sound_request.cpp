@@ -4,6 +4,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -21,9 +22,9 @@ void take(const replay::Object& fields, const std::string& name, T& value) {
 std::optional<sound_play::SoundRequest> soundRequestOf(const replay::Channel& channel,
                                                        const replay::Bytes& bytes) {
   sound_play::SoundRequest request;
-  if (channel.type != "sound_play/SoundRequest") return std::nullopt;
+  if (channel.type != replay::kSoundRequestType) return std::nullopt;
   try {
-    const auto schema = replay::Schema::parse(channel.type, channel.definition);
+    const auto schema = replay::Schema::of(channel);
     const replay::Value document = replay::decode(schema, bytes);
     const auto& fields = std::get<replay::Object>(document);
     request.volume = 1;

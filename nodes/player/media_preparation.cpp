@@ -7,6 +7,7 @@
 
 #include "nodes/conversion/sound_request.hpp"
 #include "replay/messages/ranges.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -44,7 +45,7 @@ MediaPreparation::MediaPreparation(const replay::Store& store, const replay::Pla
   const replay::AnchorSettings anchors = anchorsIn(plan, settings);
   if (isAnchored(plan, anchors)) anchor_.emplace(store, plan, anchors, std::move(position));
   for (const replay::PlannedTopic& topic : plan.topics) {
-    if (topic.isPlayed() && topic.output.type == "sound_play/SoundRequest") {
+    if (topic.isPlayed() && topic.output.type == replay::kSoundRequestType) {
       speech_topic_ = topic.output.topic;
     }
   }

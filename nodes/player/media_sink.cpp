@@ -13,6 +13,7 @@
 #include "nodes/recorder/referred_files.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/messages/ranges.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -26,7 +27,7 @@ using sound_play::SoundRequest;
 constexpr std::size_t kMostSentences = 60;
 constexpr std::size_t kMostUris = 10'000;
 
-bool isSpeech(const replay::Channel& channel) { return channel.type == "sound_play/SoundRequest"; }
+bool isSpeech(const replay::Channel& channel) { return channel.type == replay::kSoundRequestType; }
 
 std::string defaultFolder() {
   const char* cache = std::getenv("XDG_CACHE_HOME");
@@ -92,8 +93,7 @@ MediaSink::MediaSink(const replay::Store& store, const replay::PlayPlan& plan,
   for (const replay::PlannedTopic& planned : plan.topics) {
     if (!planned.isPlayed()) continue;
     const replay::Channel& output = planned.output;
-    auto references = std::make_unique<replay::FileReferences>(
-        replay::Schema::parse(output.type, output.definition));
+    auto references = std::make_unique<replay::FileReferences>(replay::Schema::of(output));
     if (references->any()) {
       topics_[output.topic] = Topic{planned.channel, std::move(references)};
     }

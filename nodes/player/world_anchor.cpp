@@ -124,7 +124,7 @@ std::optional<replay::HeaderFields::Header> firstMoved(const replay::Store& stor
                                                        const replay::PlayPlan& plan,
                                                        const replay::Channel& channel,
                                                        const replay::AnchorSettings& settings) {
-  const replay::HeaderFields fields(replay::Schema::parse(channel.type, channel.definition));
+  const replay::HeaderFields fields(replay::Schema::of(channel));
   const auto messages = store.messages(plan.behavior, {{channel.topic}, {}, {}});
   for (int i = 0; i < kFirstMessages; ++i) {
     const std::optional<replay::Message> message = messages->next();
@@ -229,7 +229,7 @@ const replay::HeaderFields& WorldAnchor::fieldsOf(const replay::Channel& channel
   const std::string key = channel.md5 + channel.type;
   auto known = fields_.find(key);
   if (known == fields_.end()) {
-    const replay::Schema schema = replay::Schema::parse(channel.type, channel.definition);
+    const replay::Schema schema = replay::Schema::of(channel);
     known = fields_.emplace(key, replay::HeaderFields(schema)).first;
   }
   return known->second;

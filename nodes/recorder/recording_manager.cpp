@@ -14,6 +14,7 @@
 #include "nodes/recorder/topic_listener.hpp"
 #include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -57,8 +58,6 @@ std::vector<std::string> withAnswers(const std::vector<std::string>& topics) {
 }
 
 replay::Stamp rosNow() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
-
-replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
 
 }  // namespace
 
@@ -148,7 +147,7 @@ std::int64_t RecordingManager::begin(Running running) {
   lookAtClocks();
   behavior.id = store_.newBehaviorId();
   behavior.begin = rosNow();
-  behavior.wall_begin = wallNow();
+  behavior.wall_begin = replay::wallNow();
   behavior = recorder_.begin(behavior, running.request.terms);
   ROS_INFO_STREAM("recording behavior " << behavior.id << " '" << behavior.name << "'");
   running_.emplace(behavior.id, std::move(running));
@@ -303,7 +302,7 @@ std::vector<std::int64_t> RecordingManager::runningIds() const {
 
 void RecordingManager::lookAtClocks() {
   const auto steady = std::chrono::steady_clock::now().time_since_epoch();
-  recorder_.look({rosNow(), wallNow(),
+  recorder_.look({rosNow(), replay::wallNow(),
                   std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count(),
                   !ros::Time::isSystemTime()});
 }

@@ -14,6 +14,7 @@
 #include "nodes/conversion/map_identity.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/recorded_drivers.hpp"
 #include "replay/store/checksum.hpp"
 
@@ -120,12 +121,10 @@ constexpr double kPatience = 1;  // s, for each of two questions
 
 /// "/arm/status" for "/arm/goal": who tells of an action serves it.
 std::set<std::string> withStatus(const std::vector<std::string>& topics) {
-  const std::string goal = "/goal";
   std::set<std::string> all(topics.begin(), topics.end());
   for (const std::string& topic : topics) {
-    if (topic.size() <= goal.size()) continue;
-    const std::string action = topic.substr(0, topic.size() - goal.size());
-    if (action + goal == topic) all.insert(action + "/status");
+    const std::string action = replay::actionOfGoal(topic);
+    if (!action.empty()) all.insert(action + "/status");
   }
   return all;
 }

@@ -11,6 +11,7 @@
 
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/text.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/ros2/message_to_ros2.hpp"
 #include "replay/ros2/ros2_definition.hpp"
 #include "replay/ros2/twist_stamp.hpp"
@@ -23,7 +24,6 @@ constexpr double kMeeting_s = 1;  // nodes that are known are met within millise
 constexpr double kDriverPeriod_s = 0.4;
 constexpr std::chrono::milliseconds kTypeLook(20);
 constexpr const char* kCancel = "/cancel";
-constexpr const char* kCancelType = "actionlib_msgs/GoalID";
 const DdsQos kStops{true, false, 10};
 const DdsQos kDrivers{false, false, 10};
 
@@ -126,11 +126,10 @@ GuardedPlayer::Ways Ros2Stops::ways(const GuardOutputs& outputs, const GuardedPl
 
 std::shared_ptr<StopWay> Ros2Stops::wayOf(const GuardOutput& output) {
   const std::vector<DdsEndpoint> all = participant_.endpoints();
-  if (output.type != kCancelType || !replay::endsWith(output.topic, kCancel)) {
+  if (output.type != replay::kGoalIdType || !replay::endsWith(output.topic, kCancel)) {
     return messageWay(output, all);
   }
-  const std::string action =
-      output.topic.substr(0, output.topic.size() - std::string(kCancel).size());
+  const std::string action = replay::actionOf(output.topic);
   const replay::ServiceNames names =
       replay::serviceNames(action + "/_action/cancel_goal", "action_msgs/srv/CancelGoal");
   if (endpointsOf(all, names.request_topic, false).empty()) return std::make_shared<NoWay>();

@@ -5,13 +5,13 @@
 #include <set>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/store/known_channels.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-constexpr const char* kSoundType = "sound_play/SoundRequest";
 /// Sentences and files (sound -3 and -2), but not the order to stop one (command 0).
 constexpr const char* kHeard = R"({"sound": {"$in": [-3, -2]}, "command": {"$ne": 0}})";
 constexpr std::size_t kMostSentences = 20;
@@ -33,7 +33,7 @@ std::vector<std::string> soundTopics(const Store& store, const Behavior& behavio
   std::set<std::string> topics;
   for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
     for (const TopicSummary& summary : known) {
-      if (summary.type == kSoundType) topics.insert(summary.topic);
+      if (summary.type == kSoundRequestType) topics.insert(summary.topic);
     }
   }
   return {topics.begin(), topics.end()};

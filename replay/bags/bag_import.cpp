@@ -97,7 +97,7 @@ class Importer {
     KnownChannel& added = channels_[id];
     added.id = store_.addChannel(recording_, channel);
     try {
-      added.schema = Schema::parse(channel.type, channel.definition);
+      added.schema = Schema::of(channel);
     } catch (const MessageError&) {
       // Its messages are kept as bytes, without document and header stamp.
     }

@@ -112,8 +112,7 @@ class McapExport : public ExportFile {
         {}};
     if (channel.latching) added.metadata["offered_qos_profiles"] = kLatchedQuality;
     return {writer_.addChannel(added),
-            CdrConversion(Schema::parse(channel.type, text),
-                          Schema::parse(channel.type, channel.definition))};
+            CdrConversion(Schema::parse(channel.type, text), Schema::of(channel))};
   }
 
   std::uint16_t schemaOf(const McapSchema& schema) {

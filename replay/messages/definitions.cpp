@@ -248,7 +248,7 @@ std::string mendDefinition(Channel& channel, const FindDefinition& find) {
   std::string own_md5, why;
   try {
     own_md5 = definitionMd5(channel.type, channel.definition);
-    const bool has_fields = !Schema::parse(channel.type, channel.definition).root().fields.empty();
+    const bool has_fields = !Schema::of(channel).root().fields.empty();
     if (!has_fields) why = "it has no field";
   } catch (const MessageError& error) {
     why = error.what();

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "replay/messages/message.hpp"
 #include "replay/messages/text.hpp"
 
 namespace afterglow::replay {
@@ -385,6 +386,8 @@ class SchemaParser {
 Schema Schema::parse(const std::string& type, std::string_view definition) {
   return SchemaParser(type, definition).parse();
 }
+
+Schema Schema::of(const Channel& channel) { return parse(channel.type, channel.definition); }
 
 std::shared_ptr<const Schema> Schema::understood(const std::string& type,
                                                  std::string_view definition) {

@@ -15,6 +15,8 @@
 
 namespace afterglow::replay {
 
+struct Channel;
+
 /// A definition that cannot be understood, or bytes that do not fit one. The text names the type,
 /// the field path and, for bytes, the offset.
 class MessageError : public std::runtime_error {
@@ -75,6 +77,8 @@ class Schema {
   /// are int8 and uint8; `Header` is std_msgs/Header, also if the text does not contain it. Throws
   /// MessageError; also for a type that contains itself or goes beyond the limits above.
   static Schema parse(const std::string& type, std::string_view definition);
+  /// Returns parse() of a channel's type and definition.
+  static Schema of(const Channel& channel);
   /// Null where parse() throws.
   static std::shared_ptr<const Schema> understood(const std::string& type,
                                                   std::string_view definition);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -63,6 +65,10 @@ TopicName TopicName::in(const std::string& name_space) const {
 
 std::vector<TopicName> topicNames(const std::vector<std::string>& texts) {
   return {texts.begin(), texts.end()};
+}
+
+std::string actionOfGoal(const std::string& topic) {
+  return endsWith(topic, "/goal") ? actionOf(topic) : "";
 }
 
 std::string actionOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }

@@ -44,6 +44,12 @@ class TopicName {
 /// Makes a name of each text; throws as TopicName.
 std::vector<TopicName> topicNames(const std::vector<std::string>& texts);
 
+/// Types that mean something to recorder, player and story.
+inline constexpr const char* kSoundRequestType = "sound_play/SoundRequest";
+inline constexpr const char* kGoalIdType = "actionlib_msgs/GoalID";
+
+/// "/arm" for "/arm/goal"; empty for a topic of any other name.
+std::string actionOfGoal(const std::string& topic);
 /// "/arm" of "/arm/goal", "/arm/cancel", "/arm/result".
 std::string actionOf(const std::string& topic);
 

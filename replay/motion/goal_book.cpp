@@ -206,7 +206,7 @@ Bytes cancelMessage(const std::string& goal_id) {
 Channel cancelChannel(const Channel& goal_channel) {
   Channel channel;
   channel.topic = actionOf(goal_channel.topic) + "/cancel";
-  channel.type = "actionlib_msgs/GoalID";
+  channel.type = kGoalIdType;
   channel.md5 = "302881f31927c1df708a2dbab0e80ee8";
   channel.definition = "time stamp\nstring id\n";
   return channel;

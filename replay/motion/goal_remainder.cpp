@@ -55,7 +55,7 @@ double secondsOf(const Value& point) { return static_cast<double>(timeFromStartN
 
 Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns,
                       std::int64_t lead_ns) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
+  const Schema schema = Schema::of(channel);
   Value document = decode(schema, goal);
   const auto trajectory = trajectoryIn(document);
   if (!trajectory || trajectory->points->empty()) {
@@ -66,7 +66,7 @@ Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t el
 }
 
 Bytes haltedTrajectory(const Channel& channel, const Bytes& command) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
+  const Schema schema = Schema::of(channel);
   Value document = decode(schema, command);
   if (const auto trajectory = trajectoryIn(document)) trajectory->points->clear();
   return encode(schema, document);
@@ -78,14 +78,14 @@ bool isHeadGoal(const Channel& channel) {
 }
 
 std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal) {
-  const Value document = decode(Schema::parse(channel.type, channel.definition), goal);
+  const Value document = decode(Schema::of(channel), goal);
   const Value* value = findValue(document, "goal.min_duration");
   const RosDuration* duration = value ? std::get_if<RosDuration>(value) : nullptr;
   return duration ? std::int64_t{duration->sec} * 1'000'000'000 + duration->nsec : 0;
 }
 
 Bytes noFaster(const Channel& channel, const Bytes& head_goal, double velocity) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
+  const Schema schema = Schema::of(channel);
   Value document = decode(schema, head_goal);
   Value& value = valueAt(document, "goal.max_velocity");
   const auto* own = std::get_if<double>(&value);
@@ -98,7 +98,7 @@ Bytes presentGaze(const Channel& channel, const Bytes& goal, const std::string& 
                   const std::string& goal_id) {
   constexpr double kFarAhead = 1000;  // m: where the frame's origin lies does not matter
   constexpr std::int64_t kDuration = 100'000'000;
-  const Schema schema = Schema::parse(channel.type, channel.definition);
+  const Schema schema = Schema::of(channel);
   Value document = decode(schema, goal);
   for (const char* stamp : {"header.stamp", "goal_id.stamp", "goal.target.header.stamp"}) {
     valueAt(document, stamp) = RosTime{};

@@ -246,7 +246,7 @@ class PeakReader {
 
   void read(const PlannedTopic& topic, std::vector<MotionPeak>& found) {
     PeakFinder peaks(limits_, topic.channel.topic);
-    const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
+    const Schema schema = Schema::of(topic.channel);
     last_.reset();
     // A motion under way where the replay begins goes on in it.
     const Stamp from = isGoal(topic.channel) ? plan_.behavior.begin : plan_.begin;

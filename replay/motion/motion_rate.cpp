@@ -120,7 +120,7 @@ bool hasJointVelocities(const PlannedTopic& topic) {
 std::string whyOnlyAsRecorded(const PlayPlan& plan) {
   for (const PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || !stopOf(topic).isSetPoint()) continue;
-    const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
+    const Schema schema = Schema::of(topic.channel);
     if (scaledFields(schema, hasJointVelocities(topic)).empty()) {
       return topic.channel.topic + ": what of " + topic.channel.type +
              " is a velocity is not known: it is played at rate 1 and without limits only";

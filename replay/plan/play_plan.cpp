@@ -280,7 +280,7 @@ void setRewrites(Rewriter& rewriter, PlannedTopic& topic) {
   try {
     topic.rewrites = rewriter.rules(topic.channel);
     if (topic.rule_stop.kind != StopKind::None) {
-      checkStop(topic.rule_stop, Schema::parse(topic.channel.type, topic.channel.definition));
+      checkStop(topic.rule_stop, Schema::of(topic.channel));
     }
   } catch (const MessageError& error) {
     topic.why_not = std::string("its definition is not understood: ") + error.what();
@@ -299,11 +299,6 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
   chooser.choose(topic, summary.type);
   setRewrites(rewriter, topic);
   return topic;
-}
-
-bool isCancel(const Channel& channel) {
-  return channel.type == "actionlib_msgs/GoalID" &&
-         actionOf(channel.topic) + "/cancel" == channel.topic;
 }
 
 /// The cancels of a goal topic that the recorder kept beside it; empty if there are none.
@@ -535,6 +530,10 @@ MotionStop stopOf(const PlannedTopic& topic) {
 bool isVelocity(const Channel& channel) { return isTwist(channel.type); }
 
 bool isGoal(const Channel& channel) { return endsWith(channel.type, "ActionGoal"); }
+
+bool isCancel(const Channel& channel) {
+  return channel.type == kGoalIdType && endsWith(channel.topic, "/cancel");
+}
 
 bool isTrajectoryCommand(const Channel& channel) {
   return channel.type == "trajectory_msgs/JointTrajectory";

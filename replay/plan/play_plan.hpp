@@ -112,6 +112,8 @@ MotionStop stopOf(const PlannedTopic& topic);
 bool isVelocity(const Channel& channel);
 /// A goal of an action, by its type's name.
 bool isGoal(const Channel& channel);
+/// A cancel of an action's goals.
+bool isCancel(const Channel& channel);
 /// A trajectory_msgs/JointTrajectory outside of an action: followed as it comes.
 bool isTrajectoryCommand(const Channel& channel);
 /// A message of this type replaces the one before it: clouds, scans, paths, images, maps.

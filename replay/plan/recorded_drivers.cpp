@@ -7,6 +7,7 @@
 #include <string>
 
 #include "replay/messages/ranges.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -193,8 +194,7 @@ bool isOfController(const PlannedTopic& topic) {
 /// Returns true if the one may have been sent because of the other at all.
 bool isPair(const PlannedTopic& higher, const PlannedTopic& lower) {
   const bool is_motion = lower.topic_class == TopicClass::Body &&
-                         lower.modality == Modality::Body &&
-                         lower.channel.type != "actionlib_msgs/GoalID";
+                         lower.modality == Modality::Body && lower.channel.type != kGoalIdType;
   const bool is_arm_and_base = isOfController(higher) && isBaseVelocity(lower.channel.type);
   return &higher != &lower && isGoal(higher.channel) && is_motion && !is_arm_and_base &&
          higher.modality == Modality::Body;

@@ -65,9 +65,7 @@ struct Rewriter::State {
     const auto key = std::tie(channel.type, channel.md5, channel.definition);
     auto known = plans.find(key);
     if (known == plans.end()) {
-      known =
-          plans.emplace(Key(key), Plan(Schema::parse(channel.type, channel.definition), settings))
-              .first;
+      known = plans.emplace(Key(key), Plan(Schema::of(channel), settings)).first;
     }
     return known->second;
   }

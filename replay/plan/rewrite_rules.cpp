@@ -27,7 +27,7 @@ bool holds(const MessageType& type, std::string_view field_name, FieldType expec
 }
 
 bool isGoalId(const MessageType& type) {
-  return type.name == "actionlib_msgs/GoalID" && holds(type, "id", FieldType::String) &&
+  return type.name == kGoalIdType && holds(type, "id", FieldType::String) &&
          holds(type, "stamp", FieldType::Time);
 }
 

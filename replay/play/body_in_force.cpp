@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "replay/messages/topic_name.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/planar_pose.hpp"
 
@@ -15,8 +16,7 @@ constexpr double kSlowHead = 0.25;  // rad/s, for a head whose joints nobody kno
 
 /// "<action>/goal" for "<action>/cancel"; empty for every other topic.
 std::string goalOfCancel(const Channel& channel) {
-  const bool is_cancel = channel.type == "actionlib_msgs/GoalID";
-  return is_cancel ? channel.topic.substr(0, channel.topic.rfind('/')) + "/goal" : "";
+  return isCancel(channel) ? actionOf(channel.topic) + "/goal" : "";
 }
 
 }  // namespace

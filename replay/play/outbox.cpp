@@ -81,7 +81,7 @@ std::optional<Value> cleared(const std::string& type, const Schema& schema, Valu
 
 std::optional<Bytes> clearingMessage(const Channel& channel, const Bytes& last) {
   try {
-    const Schema schema = Schema::parse(channel.type, channel.definition);
+    const Schema schema = Schema::of(channel);
     const std::optional<Value> message = cleared(channel.type, schema, decode(schema, last));
     return message ? std::optional<Bytes>(encode(schema, *message)) : std::nullopt;
   } catch (const std::exception&) {  // MessageError, or a type of that name with other fields
@@ -96,14 +96,12 @@ constexpr std::int64_t kMotionStalled = 1'000'000'000;
 /// ROS time was stepped, or is not the machine's: stamps follow.
 constexpr std::int64_t kClockStep = 50'000'000;
 
-Schema schemaOf(const Channel& channel) { return Schema::parse(channel.type, channel.definition); }
-
 }  // namespace
 
 OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, TopicReport& counts)
     : planned(topic),
       report(counts),
-      scaling(schemaOf(topic.channel), hasJointVelocities(topic)),
+      scaling(Schema::of(topic.channel), hasJointVelocities(topic)),
       stop(topic.output, stopOf(topic)),
       is_velocity(stop.isSetPoint()),
       times_out(isVelocity(topic.channel)),
@@ -111,7 +109,7 @@ OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, 
       is_replacing(isReplacing(topic.channel.type) || is_velocity || isGoal(topic.channel)),
       is_driven(options.base_drive && options.base_drive->topic() == topic.channel.topic),
       latency_s(latencyOf(options.latency_s, topic.modality)) {
-  if (topic.modality == Modality::Body) numbers = schemaOf(topic.channel);
+  if (topic.modality == Modality::Body) numbers = Schema::of(topic.channel);
 }
 
 const Channel& OutboxTopic::outputOf(const Channel& recorded) {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "replay/messages/schema.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
@@ -44,7 +45,7 @@ void SceneAt::add(const Channel& channel, Modality modality, Message message) {
       targets_[actionOf(topic)] = std::move(message);
     } else if (isTrajectoryCommand(channel)) {
       targets_[topic] = std::move(message);
-    } else if (channel.type == "actionlib_msgs/GoalID") {
+    } else if (channel.type == kGoalIdType) {
       targets_.erase(actionOf(topic));
     }
   } else if (isMarkers(channel.type)) {
@@ -60,7 +61,7 @@ void SceneAt::addMarkers(const Channel& channel, const Message& message) {
   try {
     MarkerTopic& topic = markers_[channel.topic];
     if (!topic.schema) {
-      topic.schema = Schema::parse(channel.type, channel.definition);
+      topic.schema = Schema::of(channel);
       topic.is_array = channel.type != "visualization_msgs/Marker";
     }
     Value document = decode(*topic.schema, message.bytes);

@@ -4,6 +4,8 @@
 #include <functional>
 #include <utility>
 
+#include "replay/messages/topic_name.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -28,7 +30,7 @@ bool isField(const MessageType& type, const std::string& name, FieldType expecte
 
 /// Another package's idea of these types may have other fields.
 bool isSound(const MessageType& type) {
-  return type.name == "sound_play/SoundRequest" && isField(type, "sound", FieldType::Int8) &&
+  return type.name == kSoundRequestType && isField(type, "sound", FieldType::Int8) &&
          isField(type, "arg", FieldType::String) && isField(type, "arg2", FieldType::String);
 }
 

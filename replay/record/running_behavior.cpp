@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "replay/messages/text.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -28,10 +29,9 @@ bool contains(const std::string& outer, const std::string& inner) {
 }  // namespace
 
 std::vector<std::string> goalTopics(const std::string& topic) {
-  const std::string ending = "/goal";
-  const std::size_t size = topic.size() - std::min(topic.size(), ending.size());
-  if (topic.substr(size) != ending) return {};
-  return {topic.substr(0, size) + "/result", topic.substr(0, size) + "/cancel"};
+  const std::string action = actionOfGoal(topic);
+  if (action.empty()) return {};
+  return {action + "/result", action + "/cancel"};
 }
 
 RunningBehavior::RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits)

@@ -11,7 +11,7 @@ constexpr std::chrono::milliseconds kBusyPause{100};
 /// Empty for a definition that cannot be understood: its messages are recorded as bytes.
 std::optional<Schema> parse(const Channel& channel) {
   try {
-    return Schema::parse(channel.type, channel.definition);
+    return Schema::of(channel);
   } catch (const MessageError&) {
     return std::nullopt;
   }

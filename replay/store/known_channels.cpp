@@ -14,7 +14,7 @@ const Schema& KnownChannels::schema(std::int64_t id) {
   Known& known = of(id);
   if (!known.why_none.empty()) throw MessageError(known.why_none);
   try {
-    if (!known.schema) known.schema = Schema::parse(known.channel.type, known.channel.definition);
+    if (!known.schema) known.schema = Schema::of(known.channel);
   } catch (const MessageError& error) {
     known.why_none = error.what();
     throw;

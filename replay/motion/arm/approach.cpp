@@ -315,7 +315,7 @@ std::optional<StartGoal> startGoal(const JointGoals& goals, const StartPose& the
   if (!isGoal(goals.output)) {
     return std::nullopt;
   }
-  const Schema schema = Schema::parse(goals.output.type, goals.output.definition);
+  const Schema schema = Schema::of(goals.output);
   Value goal = decode(schema, goals.first);
   valueAt(goal, "header.stamp") = RosTime{};
   valueAt(goal, "goal_id.stamp") = RosTime{};

@@ -113,7 +113,7 @@ void checkShape(const Trajectory& trajectory) {
 struct DecodedGoal {
   /// Throws MessageError.
   DecodedGoal(const Channel& channel, const Bytes& goal)
-      : schema(Schema::parse(channel.type, channel.definition)),
+      : schema(Schema::of(channel)),
         document(decode(schema, goal)),
         trajectory(trajectoryIn(document)) {
     if (trajectory && trajectory->points->empty()) trajectory.reset();

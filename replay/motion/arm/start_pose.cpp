@@ -38,7 +38,7 @@ void addGoal(const PlannedTopic& topic, const Bytes& bytes, const Schema& schema
 std::optional<JointGoals> readGoals(const Store& store, const PlayPlan& plan,
                                     const PlannedTopic& topic) {
   std::optional<JointGoals> goals;
-  const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
+  const Schema schema = Schema::of(topic.channel);
   const auto cursor = store.messages(plan.behavior, {{topic.channel.topic}, {}, plan.end});
   while (const auto message = cursor->next()) {
     try {

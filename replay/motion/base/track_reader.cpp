@@ -160,7 +160,7 @@ class TrackReading {
     std::optional<FieldFinder>& finder = finders_[channel];
     try {
       const Channel described = store_.channel(channel);
-      finder.emplace(Schema::parse(described.type, described.definition), transformPaths());
+      finder.emplace(Schema::of(described), transformPaths());
     } catch (const MessageError&) {
       // Something else on this topic.
     }

@@ -9,8 +9,6 @@
 namespace afterglow::replay {
 namespace {
 
-Schema schemaOf(const Channel& channel) { return Schema::parse(channel.type, channel.definition); }
-
 /// actionlib_msgs/GoalID: the id behind the stamp.
 std::string canceledId(const Bytes& cancel) {
   constexpr std::size_t kStamp = 8, kLength = 4;
@@ -42,7 +40,7 @@ void MotionMonitor::watch(const PlannedTopic& topic) {
 
 void MotionMonitor::watchAction(const PlannedTopic& topic, const MotionStop& stop) {
   const Channel& channel = topic.output;
-  Action action{schemaOf(channel)};
+  Action action{Schema::of(channel)};
   const StopMaker maker(channel, stop);
   if (maker.hasMessage()) {
     action.cancel = addOutput(maker.channel(), maker.before());

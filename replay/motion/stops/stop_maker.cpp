@@ -35,7 +35,7 @@ Channel stopChannel(const Channel& output, const MotionStop& stop) {
 StopMaker::StopMaker(const Channel& output, const MotionStop& stop)
     : stop_(stop), channel_(stopChannel(output, stop)) {
   if (!stop_.isSetPoint() && stop_.kind != StopKind::NoPoints) return;
-  schema_ = Schema::parse(output.type, output.definition);
+  schema_ = Schema::of(output);
   std::vector<FieldPath> paths;
   for (const auto& [path, value] : stoppingFields(stop_, *schema_)) {
     paths.push_back(FieldPath::parse(path));
@@ -112,7 +112,7 @@ std::optional<Channel> haltChannel(const Channel& goal) {
 }
 
 Bytes gapGoal(const Channel& channel, const Bytes& last, double gap) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
+  const Schema schema = Schema::of(channel);
   Value document = decode(schema, last);
   for (const char* stamp : {"header.stamp", "goal_id.stamp"}) valueAt(document, stamp) = RosTime{};
   Value& id = valueAt(document, "goal_id.id");
