@@ -67,8 +67,8 @@ const DdsEndpoint* endpointOf(const std::vector<DdsEndpoint>& all, const DdsEndp
 
 }  // namespace
 
-Ros2Actions::Ros2Actions(DdsParticipant& participant, BridgeRefusals& refusals)
-    : participant_(participant), refusals_(refusals) {}
+Ros2Actions::Ros2Actions(DdsParticipant& participant, Ros2Types& types, BridgeRefusals& refusals)
+    : participant_(participant), types_(types), refusals_(refusals) {}
 
 bool Ros2Actions::look(const std::vector<DdsEndpoint>& all) {
   servers_.clear();
@@ -116,19 +116,22 @@ bool Ros2Actions::serve(const std::string& action, const DdsEndpoint& server,
   }
   const std::string type = withoutEnd(*request, kRequest);
   const std::string name = replay::ros1TypeName(type);
-  const auto definition =
-      replay::ros2Action(name, replay::installedRos2Definitions(), ros1Definition);
+  auto definition = replay::ros2Action(name, replay::installedRos2Definitions(), ros1Definition);
   if (!definition) {
     throw replay::MessageError("no " + name + ".action is in the folders of AMENT_PREFIX_PATH");
   }
+  const DdsEndpoint* const feedback = endpointOf(all, server, "rt" + action + "/_action/feedback");
+  if (!feedback) return false;
+  const auto told = types_.find(type + "_FeedbackMessage", *feedback, all);
+  if (!told) return false;
+  if (!told->empty()) definition->feedback = replay::actionFeedbackIn(*told, type);
   const replay::ActionType converted(name, *definition, ros1Definition);
   if (!converted.whyOwn().empty()) {
     ROS_INFO_STREAM(action << " has the fields of ROS 2: " << converted.whyOwn());
   }
-  const DdsEndpoint* const feedback = endpointOf(all, server, "rt" + action + "/_action/feedback");
-  const bool is_reliable = !feedback || feedback->qos.is_reliable;
   served_[action].action = std::make_unique<ActionToRos1>(
-      participant_, converted, ActionToRos1::Options{action, type, server.guid, is_reliable});
+      participant_, converted,
+      ActionToRos1::Options{action, type, server.guid, feedback->qos.is_reliable});
   refusals_.forget(action);
   return served_[action].action->begin();
 }

@@ -13,13 +13,14 @@
 #include "nodes/ros2/action_to_ros1.hpp"
 #include "nodes/ros2/bridge_refusals.hpp"
 #include "nodes/ros2/dds.hpp"
+#include "nodes/ros2/ros2_types.hpp"
 
 namespace afterglow::nodes {
 
 /// Serves each action while it has a server in ROS 2. One thread calls.
 class Ros2Actions {
  public:
-  Ros2Actions(DdsParticipant& participant, BridgeRefusals& refusals);
+  Ros2Actions(DdsParticipant& participant, Ros2Types& types, BridgeRefusals& refusals);
 
   /// Brings what is served in line with the graph. Returns false if a server is awaited.
   bool look(const std::vector<DdsEndpoint>& all);
@@ -39,6 +40,7 @@ class Ros2Actions {
   void endUnlessThere();
 
   DdsParticipant& participant_;
+  Ros2Types& types_;
   BridgeRefusals& refusals_;
   std::map<std::string, std::vector<DdsEndpoint>> servers_;  ///< readers of goals by action
   std::map<std::string, Served> served_;

@@ -69,7 +69,7 @@ Ros2BridgeNode::Ros2BridgeNode(const Ros2BridgeOptions& options)
                    {[this] { wake(); },
                     [this](const auto& topic, const auto& policy) { tellMisfit(topic, policy); }}),
       types_(participant_, [this] { wake(); }),
-      actions_(participant_, refusals_) {
+      actions_(participant_, types_, refusals_) {
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   mark_ = node_.advertise<std_msgs::String>(ros::this_node::getName() + kRos2BridgeMark, 1, true);
   std_msgs::String network;

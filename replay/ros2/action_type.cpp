@@ -156,6 +156,19 @@ std::optional<ActionText> ros2Action(const std::string& type, const DefinitionFo
   return type == kTrajectoryAction ? trajectoryAction(ros1) : actionOfRos1(type, ros1);
 }
 
+std::string actionFeedbackIn(const std::string& definition, const std::string& type) {
+  const std::string separator(80, '='), heading = "MSG: " + type + "_Feedback\n";
+  const std::size_t contained = definition.find(separator), at = definition.find(heading);
+  if (at == std::string::npos || contained > at) {
+    throw MessageError("the definition of its feedback's message has no " + type + "_Feedback");
+  }
+  const std::size_t begin = at + heading.size();
+  const std::size_t end = std::min(definition.find(separator, begin), definition.size());
+  const std::size_t line = separator.size() + 1;
+  return definition.substr(begin, end - begin) +
+         definition.substr(contained, at - line - contained) + definition.substr(end);
+}
+
 /// Makes the parts of an action.
 class ActionPlan {
  public:

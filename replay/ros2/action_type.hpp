@@ -22,6 +22,11 @@ namespace afterglow::replay {
 std::optional<ActionText> ros2Action(const std::string& type, const DefinitionFolders& ros2,
                                      const FindDefinition& ros1);
 
+/// The feedback in the definition of its message, `type` + "_FeedbackMessage", which the server's
+/// node does tell: control_msgs 6.3 gave that of FollowJointTrajectory new fields. Throws
+/// MessageError if there is none.
+std::string actionFeedbackIn(const std::string& definition, const std::string& type);
+
 /// An action. On ROS 1 it has the types that ROS 1 knows by its name, if their fields go with ROS
 /// 2's: CdrConversion's rules hold; of fields that ROS 2 alone has, those of a goal have to be
 /// empty and those of results and feedback are lost. Else it has ROS 2's fields under the same

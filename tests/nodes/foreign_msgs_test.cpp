@@ -24,10 +24,13 @@ TEST(ForeignMessages, haveTheMd5OfTheRealOnes) {
   using namespace control_msgs;
   EXPECT_EQ(md5<FollowJointTrajectoryActionGoal>(), "cff5c1d533bf2f82dd0138d57f4304bb");
   EXPECT_EQ(md5<FollowJointTrajectoryActionResult>(), "c4fb3b000dc9da4fd99699380efcc5d9");
+  EXPECT_EQ(md5<FollowJointTrajectoryActionFeedback>(), "d8920dc4eae9fc107e00999cce4be641");
   EXPECT_EQ(md5<GripperCommandActionGoal>(), "aa581f648a35ed681db2ec0bf7a82bea");
   EXPECT_EQ(md5<GripperCommandActionResult>(), "143702cb2df0f163c5283cedc5efc6b6");
+  EXPECT_EQ(md5<GripperCommandActionFeedback>(), "653dff30c045f5e6ff3feb3409f4558d");
   EXPECT_EQ(md5<PointHeadActionGoal>(), "b53a8323d0ba7b310ba17a2d3a82a6b8");
   EXPECT_EQ(md5<PointHeadActionResult>(), "1eb06eeff08fa7ea874431638cb52332");
+  EXPECT_EQ(md5<PointHeadActionFeedback>(), "33c9244957176bbba97dd641119e8460");
   EXPECT_EQ(md5<sound_play::SoundRequest>(), "d098ce4a040686259137ece23a625167");
   EXPECT_STREQ(ros::service_traits::md5sum<controller_manager_msgs::ListControllers>(),
                "1341feb2e63fa791f855565d0da950d8");

@@ -199,5 +199,19 @@ TEST_F(ActionTypeTest, followsJointTrajectoriesAsRos1DoesUnlessItAsksForMore) {
             std::string::npos);
 }
 
+TEST(ActionFeedback, isInTheDefinitionOfItsMessage) {
+  const std::string line = std::string(80, '=') + "\nMSG: ";
+  const std::string id = line + "unique_identifier_msgs/msg/UUID\nuint8[16] uuid\n";
+  const std::string contained = line + "a/msg/Stage\nstring name\n";
+  const std::string message =
+      "unique_identifier_msgs/msg/UUID goal_id\na/action/Do_Feedback feedback\n";
+  const std::string fields = "int32 index\na/msg/Stage stage\n";
+  EXPECT_EQ(actionFeedbackIn(message + contained + line + "a/action/Do_Feedback\n" + fields + id,
+                             "a/action/Do"),
+            fields + contained + id);
+  EXPECT_EQ(messageErrorOf([&] { actionFeedbackIn(message + contained + id, "a/action/Do"); }),
+            "the definition of its feedback's message has no a/action/Do_Feedback");
+}
+
 }  // namespace
 }  // namespace afterglow::replay::action_type_test
