@@ -11,11 +11,12 @@ namespace afterglow {
 namespace nodes {
 
 /// This process goes before those that make the machine busy, where that is permitted: its threads
-/// from now on, too. `priority`: 1 to 99.
+/// from now on, too. They take turns: Fast DDS 2.9 has a thread that spins until another has run.
+/// `priority`: 1 to 99.
 inline void goFirst(int priority) {
   sched_param parameters = {};
   parameters.sched_priority = priority;
-  sched_setscheduler(0, SCHED_FIFO, &parameters);
+  sched_setscheduler(0, SCHED_RR, &parameters);
 }
 
 /// Prepares a guard before ros::init(): it goes first, and told to end it stops the robot first

@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
   return runNode(argc, argv, text, [](const ros::NodeHandle& own, const auto&) {
     Ros2BridgeNode node(Ros2BridgeOptions::read(own));
     const Registration registration;
-    ros::AsyncSpinner spinner(2);
+    // A second thread would spin as long as the first is busy with the only topic.
+    ros::AsyncSpinner spinner(1);
     spinner.start();
     waitForStop();
     spinner.stop();
