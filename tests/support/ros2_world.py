@@ -75,9 +75,9 @@ class Ros2Node:
         return until(lambda: self.run("answer = bool({})".format(expression)), expression)
 
     def end(self):
-        self.process.stdin.close()
         self.process.kill()
         self.process.wait()
+        self.process.stdin.close()
         self.process.stdout.close()
 
 
