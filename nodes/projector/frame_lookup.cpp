@@ -14,6 +14,8 @@ namespace {
 /// Radians. The axis of a smaller turn is noise, and far away.
 constexpr double kLeastTurn = 1e-6;
 
+constexpr int kMostLinks = 100;
+
 /// 0: static, or gone meanwhile.
 std::int64_t stampOfLink(const tf2::BufferCore& buffer, const std::string& parent,
                          const std::string& child) {
@@ -71,9 +73,18 @@ std::string FrameLookup::notPlaced(const std::string& frame, ros::Time stamp,
                      : by + "before it came, older than what tf has (10 s at most): " + way_out;
 }
 
+std::string FrameLookup::smoothFrame(const std::string& frame) const {
+  std::string parent;
+  std::string child = frame;
+  for (int i = 0; i < kMostLinks && child != fixed_frame_; ++i, child = parent) {
+    if (child.compare(child.rfind('/') + 1, 4, "odom") == 0) return child;
+    if (!buffer_._getParent(child, ros::Time(0), parent)) break;
+  }
+  return fixed_frame_;
+}
+
 /// Looks both ways up from the frames; a static link has no age.
 std::string FrameLookup::oldestLink(const std::string& frame) const {
-  constexpr int kMostLinks = 100;
   std::int64_t oldest_ns = now_ns_;
   std::string words;
   for (std::string child : {frame, fixed_frame_}) {

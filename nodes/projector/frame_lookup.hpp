@@ -36,6 +36,10 @@ class FrameLookup {
   std::optional<Eigen::Isometry3d> at(const std::string& frame, ros::Time stamp);
   std::optional<StampedPose> newest(const std::string& frame);  ///< even if it is stale
   bool isStale(const StampedPose& pose) const;
+  /// Returns the frame between this one and the fixed one in which motion is smooth, by REP 105:
+  /// odom, or what begins so. Localization corrects where that lies, by leaps. The fixed frame:
+  /// there is none.
+  std::string smoothFrame(const std::string& frame) const;
   /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
   /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);

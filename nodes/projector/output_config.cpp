@@ -6,10 +6,13 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
 #include "calib/color/color.hpp"
+#include "calib/file_replacement.hpp"
 #include "nodes/projector/layer_config.hpp"
 
 namespace afterglow::nodes {
@@ -75,7 +78,48 @@ bool isTopicName(const std::string& name) {
          std::all_of(name.begin(), name.end(), isWordCharacter);
 }
 
+/// Returns the map of the projector of this name.
+YAML::Node findOutput(const std::string& file, const YAML::Node& root, const std::string& name) {
+  const YAML::Node one = root["projector"], several = root["projectors"];
+  if (one.IsDefined() && name.empty()) return one;
+  if (several.IsMap() && name.empty() && several.size() == 1) return several.begin()->second;
+  if (several.IsMap() && several[name].IsDefined()) return several[name];
+  throw std::runtime_error(file + (name.empty() ? ": has several projectors: name one of them"
+                                                : ": has no projector '" + name + "'"));
+}
+
+/// The place of a value in the text, by its line and column.
+std::size_t placeOf(const YAML::Node& value) { return static_cast<std::size_t>(value.Mark().pos); }
+
 }  // namespace
+
+void writeLatency(const std::string& config, const std::string& name, double ms) {
+  if (!(ms >= 0 && ms <= kGreatestLatency)) {
+    throw std::runtime_error(fmt::format("{}: latency_ms goes from 0 to {:.0f}, not {:.1f}", config,
+                                         kGreatestLatency, ms));
+  }
+  std::ifstream file = calib::openRegularFile(config);
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  const YAML::Node output = findOutput(config, calib::loadYaml(config), name);
+  const std::string number = fmt::format("{:.1f}", ms);
+  const YAML::Node old = output["latency_ms"], frame = output["frame"];
+  if (old.IsDefined()) {
+    text.replace(placeOf(old), old.Scalar().size(), number);
+  } else if (frame.IsDefined()) {
+    // Before the key `frame`, in the same style and as far in.
+    const std::size_t key = text.rfind("frame", placeOf(frame));
+    const std::size_t line = text.rfind('\n', key) + 1;
+    const bool is_flow = output.Style() == YAML::EmitterStyle::Flow;
+    text.insert(key,
+                "latency_ms: " + number + (is_flow ? ", " : "\n" + std::string(key - line, ' ')));
+  }
+  // Written only if it says what it should, whatever the file's style.
+  const YAML::Node now = findOutput(config, YAML::Load(text), name)["latency_ms"];
+  if (!now.IsDefined() || now.Scalar() != number) {
+    throw std::runtime_error(config + ": write it there yourself: latency_ms: " + number);
+  }
+  calib::replaceFile(config, text);
+}
 
 calib::CameraInfoFile loadLens(const OutputConfig& output) {
   calib::CameraInfoFile file = calib::loadCameraInfo(output.camera_info);

@@ -19,8 +19,14 @@ struct OutputConfig {
   std::string name;         ///< among several projectors; empty: it is the only one
   std::string camera_info;  ///< path of the lens's file
   std::string frame;        ///< the projector's optical frame
-  /// Time from drawing to light, ns: a moving projector is drawn for where it will be after that.
+  /// Time from a drawn picture to its light, ns: a moving projector is drawn for where it will be
+  /// then.
   std::int64_t latency_ns = 0;
+  /// The time from the beginning of a picture that takes so long to draw to its light; 0 without a
+  /// latency: then it is drawn for its beginning.
+  std::int64_t aheadNs(std::int64_t drawing_ns) const {
+    return latency_ns > 0 ? drawing_ns + latency_ns : 0;
+  }
   render::Drawing drawing = render::Drawing::Measured;
   std::string monitor;  ///< connector, model or index; empty: not configured
   render::LightSettings light;
@@ -38,5 +44,10 @@ calib::CameraInfoFile loadLens(const OutputConfig& output);
 /// `camera_info` and `color` are relative to `folder`. Throws std::runtime_error "FILE:LINE: what
 /// is wrong".
 std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder);
+
+/// Writes a projector's latency_ms, to a tenth of a ms, into its configuration, which stays as it
+/// is otherwise. `name`: which one, among several; may be empty where there is one. Throws
+/// std::runtime_error: a file or value that readOutputs would refuse, no projector of this name.
+void writeLatency(const std::string& config, const std::string& name, double ms);
 
 }  // namespace afterglow::nodes

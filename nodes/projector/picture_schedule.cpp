@@ -10,9 +10,14 @@ void EvenPace::add(Duration drawing) {
 }
 
 EvenPace::Duration EvenPace::interval() const {
+  return usual() > period_ ? *std::max_element(last_.begin(), last_.end()) : period_;
+}
+
+EvenPace::Duration EvenPace::usual() const {
   auto sorted = last_;
-  std::sort(sorted.begin(), sorted.end());
-  return sorted[sorted.size() / 2] > period_ ? sorted.back() : period_;
+  const auto middle = sorted.begin() + sorted.size() / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
 }
 
 using Clock = std::chrono::steady_clock;

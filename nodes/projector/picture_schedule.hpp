@@ -26,6 +26,8 @@ class EvenPace {
   /// Returns the time from one picture's beginning to the next one's; the period, unless there is
   /// more to draw.
   Duration interval() const;
+  /// Returns the median of those times.
+  Duration usual() const;
 
  private:
   const Duration period_;
@@ -46,6 +48,8 @@ class PictureSchedule {
   /// Ends the drawing; awaitDue() returns at once from now on.
   void stop();
   bool isStopped() const;
+  /// Returns how long a picture usually takes to be drawn and published.
+  std::chrono::steady_clock::duration usual() const { return pace_.usual(); }
   /// Waits until the next picture is due after the one that was begun at `drawn_at` and is finished
   /// now. `is_waiting`: content waits for a transform, which may come at any time. Returns how long
   /// the oldest new content has waited; nothing: there is none.

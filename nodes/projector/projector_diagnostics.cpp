@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nodes/projector/dark_reasons.hpp"
+#include "nodes/projector/light_offset.hpp"
 #include "nodes/tools/diagnostics.hpp"
 
 namespace afterglow::nodes {
@@ -73,6 +74,14 @@ void judgeLight(const ProjectorState& state, const OutputState& output, Diagnost
   status.message = "dark: " + lightWords(sum, invisible);
 }
 
+/// The motion is not as predicted, or no latency is configured.
+void judgeOffset(const OutputState& output, DiagnosticStatus& status) {
+  constexpr double kMostOff_mm = 20;
+  if (output.light_off_mm.value_or(0) <= kMostOff_mm) return;
+  status.level = DiagnosticStatus::WARN;
+  status.message += fmt::format("; it moves: light may be off by {:.0f} mm", *output.light_off_mm);
+}
+
 /// More to draw than time.
 void judgeRate(const ProjectorState& state, DiagnosticStatus& status) {
   if (state.drawing_ms * state.wanted_hz <= 1000) return;
@@ -88,6 +97,7 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   if (output.problems.empty()) {
     judgeLight(state, output, status);
     judgeRate(state, status);
+    judgeOffset(output, status);
   } else {
     // Problems of the projector itself come first and keep it dark.
     const bool is_dark = output.problems.front().rfind(kOwnProblem, 0) == 0;
@@ -98,6 +108,10 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   addValue(status, "wanted_hz", fmt::format("{:.1f}", state.wanted_hz));
   addValue(status, "late", std::to_string(state.late));
   for (const auto& [stage, times] : state.stages) addValue(status, "time: " + stage, times);
+  if (output.light_off_mm) {
+    addValue(status, "light may be off",
+             fmt::format("{:.1f} mm at {:.0f} m", *output.light_off_mm, LightOffset::kReach_m));
+  }
   addValue(status, "renderer", output.renderer);
   if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);
@@ -259,7 +273,7 @@ void ProjectorDiagnostics::addSilences(ProjectorState& state) {
 
 void ProjectorDiagnostics::log(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_image, census] : state.outputs) {
+  for (const auto& [name, renderer, of_image, census, off_mm] : state.outputs) {
     for (const std::string& problem : of_image) {
       const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
       problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())

@@ -28,6 +28,7 @@ struct OutputState {
   std::vector<std::string> problems;
   /// Census of its last pictures, by layer: what its light reaches. Empty: unknown.
   std::vector<render::LayerCensus> census;
+  std::optional<double> light_off_mm = std::nullopt;  ///< LightOffset::mm()
 };
 
 /// The state of the node, of its projectors and of its layers.
@@ -45,9 +46,10 @@ struct ProjectorState {
 };
 
 /// Makes a status for each projector (an error while it is dark because something is missing, a
-/// warning while a layer lacks something, no content lies in the light, or drawing takes longer
-/// than it has) and one for each layer (a warning once something was dropped, while all of its
-/// content is dark, or while its topic has another type). In words that say why the floor is dark.
+/// warning while a layer lacks something, no content lies in the light, drawing takes longer
+/// than it has, or light lies far from its place because the projector moves) and one for each
+/// layer (a warning once something was dropped, while all of its content is dark, or while its
+/// topic has another type). In words that say why the floor is dark.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
 
 /// Chooses what is worth a line in the log. Bounded as the reasons of layers are. One thread at a

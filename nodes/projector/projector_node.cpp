@@ -197,6 +197,7 @@ void ProjectorNode::drawAll() {
   std::vector<std::vector<std::string>> problems(outputs_.size());
   ros::Time now;
   Lap lap;
+  const std::int64_t drawing_ns = std::chrono::nanoseconds(schedule_.usual()).count();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     now = timeInOrder();
@@ -206,7 +207,7 @@ void ProjectorNode::drawAll() {
       if (now.isZero()) {
         problems[i].push_back("projector: waiting for /clock");
       } else {
-        poses[i] = scene_.projectorPose(i, now, problems[i]);
+        poses[i] = scene_.projectorPose(i, now, drawing_ns, problems[i]);
       }
       problems[i].insert(problems[i].end(), of_scene.begin(), of_scene.end());
     }
@@ -214,10 +215,13 @@ void ProjectorNode::drawAll() {
   }
   times_.add(Stage::Composed, lap.next());
   for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->beginDrawing(scene, poses[i]);
-  for (const auto& output : outputs_) output->finishDrawing(now, times_);
+  for (const auto& output : outputs_) output->finishDrawing(now, drawing_ns, times_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_pictures_ = true;
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      if (poses[i]) scene_.noteLight(i, ros::Time::now(), *poses[i]);
+    }
   }
   pictures_ready_.notify_one();
   for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->takeCensus(scene, poses[i]);
@@ -264,8 +268,11 @@ void ProjectorNode::publishDiagnostics() {
     surfaces_publisher_.publish(
         surfaceMarkers(scene_.surfaces(), scene_.config().fixed_frame));
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      state.outputs.push_back(
-          {outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i], {}});
+      state.outputs.push_back({outputs_[i]->config().name,
+                               outputs_[i]->renderer(),
+                               problems_[i],
+                               {},
+                               scene_.lightOffset(i).mm()});
     }
   }
   state.stages = times_.words();

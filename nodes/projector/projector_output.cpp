@@ -74,7 +74,7 @@ void ProjectorOutput::beginDrawing(
   begun_in_ = lap.next();
 }
 
-void ProjectorOutput::finishDrawing(ros::Time now, StageTimes& times) {
+void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns, StageTimes& times) {
   Lap lap;
   render::Image image;
   {
@@ -88,7 +88,7 @@ void ProjectorOutput::finishDrawing(ros::Time now, StageTimes& times) {
     makeBlack(image, lens_);
   }
   if (!now.isZero()) {  // ROS time has an end
-    const auto light_ns = now.toNSec() + static_cast<std::uint64_t>(config_.latency_ns);
+    const auto light_ns = now.toNSec() + static_cast<std::uint64_t>(config_.aheadNs(drawing_ns));
     now.fromNSec(std::min(light_ns, ros::TIME_MAX.toNSec()));
   }
   times.add(Stage::Drawn, begun_in_ + lap.next());

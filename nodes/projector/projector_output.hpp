@@ -40,8 +40,9 @@ class ProjectorOutput {
   /// Begins a picture; black without a pose. A GPU draws on while other outputs' are begun.
   void beginDrawing(const render::Scene& scene,
                     const std::optional<Rigid<Projector, World>>& T_projector_world);
-  /// Publishes that picture as of ROS time `now` and lays it out for takePicture().
-  void finishDrawing(ros::Time now, StageTimes& times);
+  /// Publishes that picture, begun at ROS time `now` and expected to take so long, and lays it out
+  /// for takePicture().
+  void finishDrawing(ros::Time now, std::int64_t drawing_ns, StageTimes& times);
   /// Counts for census(), once a second; behind the drawing, which does not wait for it.
   void takeCensus(const render::Scene& scene,
                   const std::optional<Rigid<Projector, World>>& T_projector_world);

@@ -85,7 +85,8 @@ ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& bu
       surfaces_(config_.surfaces),
       next_(config_.layers.size(), 0),
       assets_(config_.mesh_roots),
-      reading_(reading) {
+      reading_(reading),
+      offsets_(config_.projectors.size()) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
 }
 
@@ -217,6 +218,7 @@ void ProjectorScene::update(ros::Time now) {
 void ProjectorScene::clear() {
   unread_.clear();
   for (LayerState& layer : layers_) layer.removeAll();
+  offsets_.assign(offsets_.size(), {});
 }
 
 void ProjectorScene::takeSurface(std::size_t surface, const Finding& finding) {
@@ -228,7 +230,7 @@ SceneSnapshot ProjectorScene::snapshot(ros::Time now) {
   std::vector<std::string> problems;
   snapshot.scene = scene(now, problems);
   if (!config_.projectors.empty()) {
-    snapshot.T_projector_world = projectorPose(0, now, snapshot.problems);
+    snapshot.T_projector_world = projectorPose(0, now, 0, snapshot.problems);
   }
   snapshot.problems.insert(snapshot.problems.end(), problems.begin(), problems.end());
   return snapshot;
@@ -298,33 +300,57 @@ std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
 }
 
 std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
-    std::size_t projector, ros::Time now, std::vector<std::string>& problems) {
+    std::size_t projector, ros::Time now, std::int64_t drawing_ns,
+    std::vector<std::string>& problems) {
   const OutputConfig& config = config_.projectors[projector];
   const auto newest = frames_.newest(config.frame);
   if (!newest || frames_.isStale(*newest)) {
     problems.push_back(frames_.noTransform("projector", config.frame));
     return std::nullopt;
   }
-  StampedPose pose = *newest;
-  if (pose.stamp_ns > kVelocityBaseNs && config.latency_ns > 0) {
-    StampedPose earlier;
-    earlier.stamp_ns = pose.stamp_ns - kVelocityBaseNs;
-    ros::Time then;
-    then.fromNSec(static_cast<std::uint64_t>(earlier.stamp_ns));
-    const auto known = frames_.at(config.frame, then);
-    if (known && !hasJumped(*known, pose.T_fixed_frame)) {
-      earlier.T_fixed_frame = *known;
-      const std::int64_t light_ns = toNs(now) + config.latency_ns;
-      if (light_ns > pose.stamp_ns + kFarthestAheadNs && hasMoved(*known, pose.T_fixed_frame)) {
-        problems.push_back("projector: it moves, and the transform from '" + config.frame +
-                           "' to '" + config_.fixed_frame + "' is too old to say where to");
-        return std::nullopt;
-      }
-      pose.T_fixed_frame =
-          extrapolate(earlier, pose, std::min(light_ns, pose.stamp_ns + kFarthestAheadNs));
-    }
+  if (newest->stamp_ns <= kVelocityBaseNs || config.latency_ns == 0) {
+    return Rigid<World, Projector>(newest->T_fixed_frame).inverse();
   }
-  return Rigid<World, Projector>(pose.T_fixed_frame).inverse();
+  const std::int64_t light_ns = toNs(now) + config.aheadNs(drawing_ns);
+  const auto T_fixed_projector = poseAt(config.frame, *newest, light_ns);
+  if (!T_fixed_projector) {
+    problems.push_back("projector: it moves, and the transform from '" + config.frame + "' to '" +
+                       config_.fixed_frame + "' is too old to say where to");
+    return std::nullopt;
+  }
+  return Rigid<World, Projector>(*T_fixed_projector).inverse();
+}
+
+/// Goes on as it moved lately in the frame in which motion is smooth.
+std::optional<Eigen::Isometry3d> ProjectorScene::poseAt(const std::string& frame,
+                                                        const StampedPose& newest,
+                                                        std::int64_t when_ns) {
+  const std::string smooth = frames_.smoothFrame(frame);
+  const auto inSmooth = [&](std::int64_t stamp_ns) -> std::optional<StampedPose> {
+    ros::Time stamp;
+    stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+    const auto T_fixed_smooth = frames_.at(smooth, stamp), T_fixed_frame = frames_.at(frame, stamp);
+    if (!T_fixed_smooth || !T_fixed_frame) return std::nullopt;
+    return StampedPose{T_fixed_smooth->inverse() * *T_fixed_frame, stamp_ns};
+  };
+  const auto earlier = inSmooth(newest.stamp_ns - kVelocityBaseNs),
+             later = inSmooth(newest.stamp_ns);
+  if (!earlier || !later || hasJumped(earlier->T_fixed_frame, later->T_fixed_frame)) {
+    return newest.T_fixed_frame;
+  }
+  const std::int64_t farthest_ns = newest.stamp_ns + kFarthestAheadNs;
+  if (when_ns > farthest_ns && hasMoved(earlier->T_fixed_frame, later->T_fixed_frame)) {
+    return std::nullopt;
+  }
+  return newest.T_fixed_frame * later->T_fixed_frame.inverse() *
+         extrapolate(*earlier, *later, std::min(when_ns, farthest_ns));
+}
+
+void ProjectorScene::noteLight(std::size_t projector, ros::Time shown,
+                               const Rigid<Projector, World>& T_projector_world) {
+  const OutputConfig& config = config_.projectors[projector];
+  offsets_[projector].add(T_projector_world, toNs(shown) + config.latency_ns);
+  offsets_[projector].compare(frames_, config.frame);
 }
 
 std::vector<LayerStatus> ProjectorScene::status() const {

@@ -24,6 +24,7 @@
 #include "nodes/projector/found_surfaces.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
+#include "nodes/projector/light_offset.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "render/scene/scene.hpp"
 
@@ -119,10 +120,16 @@ class ProjectorScene {
   void update(ros::Time now);
   /// update(), then the scene, which is the same for all projectors. Adds to `problems`.
   render::Scene scene(ros::Time now, std::vector<std::string>& problems);
-  /// The pose of one of the configuration's projectors at the time its light leaves, as of the last
-  /// update(). Empty, with a problem, while that is unknown.
+  /// The pose of one of the configuration's projectors at the time its light leaves, if drawing
+  /// takes so long, as of the last update(). Empty, with a problem, while that is unknown.
   std::optional<Rigid<Projector, World>> projectorPose(std::size_t projector, ros::Time now,
+                                                       std::int64_t drawing_ns,
                                                        std::vector<std::string>& problems);
+  /// Takes the pose of a projector's picture that was handed over at `shown`.
+  void noteLight(std::size_t projector, ros::Time shown,
+                 const Rigid<Projector, World>& T_projector_world);
+  /// How far the light of noteLight()'s pictures turned out to lie from its place.
+  const LightOffset& lightOffset(std::size_t projector) const { return offsets_[projector]; }
   /// scene() and projectorPose() of the first projector.
   SceneSnapshot snapshot(ros::Time now);
   /// Returns the surfaces whose place is known, as of the last scene().
@@ -148,6 +155,9 @@ class ProjectorScene {
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
   std::optional<render::Layer> layer(std::size_t index, std::vector<std::string>& problems);
+  /// Returns where a frame will be in the fixed one; empty: too long after the newest transform.
+  std::optional<Eigen::Isometry3d> poseAt(const std::string& frame, const StampedPose& newest,
+                                          std::int64_t when_ns);
 
   ProjectorConfig config_;
   FrameLookup frames_;
@@ -157,6 +167,7 @@ class ProjectorScene {
   MarkerAssets assets_;
   MeshReading reading_;
   UnreadMeshes unread_;
+  std::vector<LightOffset> offsets_;  ///< by projector
 };
 
 }  // namespace afterglow::nodes

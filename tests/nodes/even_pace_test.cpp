@@ -27,6 +27,13 @@ TEST(EvenPace, isThatOfTheSlowestWhileMostAreTooSlow) {
   EXPECT_EQ(pace.interval(), milliseconds(52));
 }
 
+TEST(EvenPace, knowsWhatPicturesUsuallyTake) {
+  EvenPace pace(milliseconds(33));
+  for (int i = 0; i < 8; ++i) pace.add(milliseconds(20));
+  pace.add(milliseconds(90));
+  EXPECT_EQ(pace.usual(), milliseconds(20));
+}
+
 TEST(EvenPace, isThePeriodAgainSoonAfterTheLoadHasGone) {
   EvenPace pace(milliseconds(33));
   for (int i = 0; i < 20; ++i) pace.add(milliseconds(50));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include "calib/color/color.hpp"
@@ -43,6 +44,38 @@ class ProjectorConfigTest : public ::testing::Test {
   test::TempFolder folder_;
   std::string path_ = folder_.path("projector.yaml");
 };
+
+TEST_F(ProjectorConfigTest, keepsAllButALatencyThatIsWritten) {
+  const std::string flow =
+      "fixed_frame: map  # where all is\n"
+      "projector: {camera_info: lens.yaml, frame: projector_frame}\n"
+      "layers:\n  - {topic: /green, type: sensor_msgs/PointCloud2}\n";
+  const std::string block =
+      "fixed_frame: map\nprojectors:\n  left:\n    camera_info: left.yaml\n"
+      "    # the lens\n    frame: left_frame\n  right:\n    latency_ms: 7  # guessed\n"
+      "    frame: right_frame\n    camera_info: right.yaml\n"
+      "layers:\n  - {topic: /green, type: sensor_msgs/PointCloud2}\n";
+  const auto written = [&](const std::string& text, const std::string& name, double ms) {
+    load(text);
+    writeLatency(path_, name, ms);
+    std::ifstream file(path_);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  std::string text = written(flow, "", 41.26);
+  EXPECT_EQ(text.substr(0, text.find("layers")),
+            "fixed_frame: map  # where all is\n"
+            "projector: {camera_info: lens.yaml, latency_ms: 41.3, frame: projector_frame}\n");
+  EXPECT_EQ(load(text).projectors[0].latency_ns, 41'300'000);
+  EXPECT_EQ(load(written(text, "", 8)).projectors[0].latency_ns, 8'000'000);
+  text = written(block, "left", 20);
+  EXPECT_NE(text.find("    # the lens\n    latency_ms: 20.0\n    frame: left_frame\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(written(text, "right", 30).find("latency_ms: 30.0  # guessed\n"), std::string::npos);
+  EXPECT_THROW(written(block, "", 20), std::runtime_error);
+  EXPECT_THROW(written(block, "middle", 20), std::runtime_error);
+  EXPECT_THROW(written(flow, "", 501), std::runtime_error);
+}
 
 TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   const ProjectorConfig config = load(

@@ -51,6 +51,18 @@ std::string saidOf(const ProjectorState& state, const std::string& name) {
   return "nothing";
 }
 
+TEST(ProjectorDiagnostics, sayHowFarLightMayBeOffWhileTheProjectorMoves) {
+  ProjectorState state = stateOf(layerOf(4), censusOf(4));
+  state.outputs[0].light_off_mm = 4;
+  EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
+  const auto values = toDiagnostics(state).status.front().values;
+  EXPECT_TRUE(std::any_of(values.begin(), values.end(), [](const auto& value) {
+    return value.key == "light may be off" && value.value == "4.0 mm at 2 m";
+  }));
+  state.outputs[0].light_off_mm = 33;
+  EXPECT_EQ(saidOf(state, "projector"), "1 projecting; it moves: light may be off by 33 mm");
+}
+
 TEST(ProjectorDiagnostics, sayThatContentLiesBesideTheLight) {
   const ProjectorState state = stateOf(layerOf(4), censusOf(0, 3, 1));
   const std::string words =

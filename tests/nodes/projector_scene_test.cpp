@@ -515,6 +515,58 @@ TEST_F(TurningTurret, leavesLightOnTheFloorWhereItIs) {
   }
 }
 
+TEST_F(TurningTurret, isDrawnForTheEndOfItsDrawing) {
+  ProjectorConfig late = config();
+  late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
+  ProjectorScene late_scene(late, buffer);
+  turnUntil(1);
+  late_scene.update(at(1));
+  std::vector<std::string> problems;
+  const auto T = late_scene.projectorPose(0, at(1), 15'000'000, problems);
+  ASSERT_TRUE(T);
+  EXPECT_LT(miss(*T, 1.015), 0.002);
+  EXPECT_GT(miss(*T, 1), 0.01);
+}
+
+TEST_F(TurningTurret, tellsHowFarItsLightWasFromItsPlace) {
+  ProjectorConfig late = config();
+  late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
+  ProjectorScene good(late, buffer);
+  late.projectors[0].latency_ns = 1;  // it is not
+  ProjectorScene wrong(late, buffer);
+  turnUntil(1);
+  EXPECT_FALSE(good.lightOffset(0).mm());
+  for (ProjectorScene* scene : {&good, &wrong}) {
+    const auto T = scene->snapshot(at(1)).T_projector_world;
+    ASSERT_TRUE(T);
+    scene->noteLight(0, scene == &good ? at(1) : at(1 + kLatency), *T);
+    EXPECT_FALSE(scene->lightOffset(0).mm());
+  }
+  turnUntil(1.1);
+  for (ProjectorScene* scene : {&good, &wrong}) {
+    const auto T = scene->snapshot(at(1.1)).T_projector_world;
+    scene->noteLight(0, at(1.1), *T);
+    ASSERT_TRUE(scene->lightOffset(0).mm());
+  }
+  EXPECT_LT(*good.lightOffset(0).mm(), 2);
+  EXPECT_GT(*wrong.lightOffset(0).mm(), 50);
+}
+
+TEST_F(TurningTurret, isNotMisledWhenLocalizationLeaps) {
+  ProjectorConfig late = config();
+  late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
+  ProjectorScene scene(late, buffer);
+  publish("turret", "projector", armToProjector(), {}, true);
+  for (int i = 0; i <= 50; ++i) {
+    const Eigen::Isometry3d correction(Eigen::Translation3d(i < 49 ? 0.03 : 0.0, 0, 0));
+    publish("map", "odom", correction, at(i * 0.02), false);
+    publish("odom", "turret", turret(i * 0.02), at(i * 0.02), false);
+  }
+  const auto T = scene.snapshot(at(1.005)).T_projector_world;
+  ASSERT_TRUE(T);
+  EXPECT_LT(miss(*T, 1.005), 0.002);
+}
+
 TEST_F(TurningTurret, isDarkOnceNobodyKnowsHowItWentOn) {
   ProjectorConfig late = config();
   late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
@@ -537,8 +589,8 @@ TEST_F(TurningTurret, servesSeveralProjectorsFromOneScene) {
   std::vector<std::string> problems, of_second;
   both.scene(at(1), problems);
   EXPECT_TRUE(problems.empty());
-  EXPECT_TRUE(both.projectorPose(0, at(1), problems));
-  EXPECT_FALSE(both.projectorPose(1, at(1), of_second));
+  EXPECT_TRUE(both.projectorPose(0, at(1), 0, problems));
+  EXPECT_FALSE(both.projectorPose(1, at(1), 0, of_second));
   EXPECT_TRUE(problems.empty());
   EXPECT_EQ(of_second.at(0), "projector: no transform from 'elsewhere' to 'map'");
 }
