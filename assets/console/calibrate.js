@@ -12,8 +12,15 @@ const COMMANDS = {start: 'Begin', take: 'Take a view now', discard_last: 'Forget
   solve: 'Calculate now', stop: 'Stop'};
 const ANEW = 'Begin anew';
 const CELL = 20;
-const PHASES = {idle: 'Not started', waiting: 'Waiting for the camera', collecting: 'Taking views',
-  solving: 'Calculating', verifying: 'Checking the light', done: 'Done'};
+const PHASES = {
+  idle: 'Not started',
+  waiting: 'Waiting for the camera',
+  collecting: 'Taking views',
+  solving: 'Calculating',
+  verifying: 'Checking the light',
+  timing: 'Measuring the delay',
+  done: 'Done'
+};
 
 /** What a command would destroy now, in words; nothing for one that destroys nothing. */
 function loses(command, {phase, views, held_out_mm: error}) {

@@ -151,7 +151,8 @@ constexpr std::int64_t kRepeatedAfter = 15000 * kMillisecond;
 }  // namespace
 
 std::string phaseName(GuidePhase phase) {
-  static const char* const kNames[] = {"idle", "collecting", "solving", "verifying", "done"};
+  static const char* const kNames[] = {"idle",      "collecting", "solving",
+                                       "verifying", "timing",     "done"};
   return kNames[static_cast<int>(phase)];
 }
 
@@ -330,6 +331,16 @@ void Guide::checked(const ErrorSummary& errors) {
   }
   tell(text);
   taker_.reset();
+  phase_ = options_.times_delay ? GuidePhase::Timing : GuidePhase::Done;
+  if (!options_.times_delay) return;
+  tell(
+      "now the projector's delay: for a minute or two its light goes on and off. Hold the board "
+      "still in it, or let it fall on the floor, where the camera sees it");
+}
+
+void Guide::timed(const std::string& words) {
+  if (phase_ != GuidePhase::Timing) return;
+  tell(words);
   phase_ = GuidePhase::Done;
 }
 
@@ -343,6 +354,7 @@ Shown Guide::shown() const {
     case GuidePhase::Solving:
       return Shown::Plain;
     case GuidePhase::Idle:
+    case GuidePhase::Timing:
     case GuidePhase::Done:
       break;
   }

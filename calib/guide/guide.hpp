@@ -64,11 +64,13 @@ struct GuideOptions {
   TakerOptions taker;
   int views = 16;         ///< enough if they reach `coverage`; twice as many are always enough
   double coverage = 0.5;  ///< share of the projector's image that was lit on boards
+  bool times_delay = false;  ///< whether the projector's delay is measured after the check
 };
 
 /// Idle: not started, or stopped. Solving: the owner solves and calls solved or refused.
-/// Verifying: the next view is the check; the owner calls checked. Done: until start.
-enum class GuidePhase { Idle, Collecting, Solving, Verifying, Done };
+/// Verifying: the next view is the check; the owner calls checked. Timing: the owner measures the
+/// projector's delay and calls timed. Done: until start.
+enum class GuidePhase { Idle, Collecting, Solving, Verifying, Timing, Done };
 
 /// "collecting", ...
 std::string phaseName(GuidePhase phase);
@@ -99,6 +101,8 @@ class Guide {
   void refused(const std::vector<std::string>& reasons);
   /// The check view's errors. Without corners nothing was measured, and another view is needed.
   void checked(const ErrorSummary& errors);
+  /// `words`: the delay that was measured, or why it was not, for people.
+  void timed(const std::string& words);
   /// Something the owner has to tell (a file that cannot be written, a camera that is silent).
   void tell(const std::string& text);
 

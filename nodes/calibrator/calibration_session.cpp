@@ -43,6 +43,7 @@ CalibrationSession::Answer CalibrationSession::start(const std::string& camera_p
   photographs_.clear();
   calibration_.reset();
   check_ = {};
+  delay_ms_.reset();
   ++starts_;
   is_started_ = true;
   return {true, camera_problem.empty() ? "started"
@@ -109,6 +110,11 @@ bool CalibrationSession::isVerifying() const {
   return guide_ && guide_->phase() == GuidePhase::Verifying;
 }
 
+bool CalibrationSession::isTiming() const {
+  const Lock lock(mutex_);
+  return guide_ && guide_->phase() == GuidePhase::Timing;
+}
+
 std::optional<CalibrationSession::Seen> CalibrationSession::see(const calib::WatchedImage& image) {
   const Lock lock(mutex_);
   if (!guide_) return std::nullopt;
@@ -135,6 +141,13 @@ bool CalibrationSession::addCheck(const calib::ErrorSummary& errors, const std::
   guide_->checked(errors);
   check_ = errors;
   return true;
+}
+
+void CalibrationSession::timed(const std::optional<double>& ms, const std::string& words) {
+  const Lock lock(mutex_);
+  if (!guide_ || guide_->phase() != GuidePhase::Timing) return;
+  delay_ms_ = ms;
+  guide_->timed(words);
 }
 
 // -------------------------------------------------------------------------------------- solving
@@ -201,6 +214,7 @@ CalibratorState CalibrationSession::state() const {
   }
   if (calibration_) state.held_out_mm = calibration_->held_out_rms_mm;
   if (check_.corners > 0) state.check_mm = check_.rms_mm;
+  state.delay_ms = delay_ms_;
   return state;
 }
 

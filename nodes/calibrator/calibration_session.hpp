@@ -24,7 +24,7 @@ struct CalibratorState {
   double coverage = 0;  ///< 0 to 1
   /// Rows of the projector's picture, from its top: '#' where a board was lit, '.' where none was.
   std::vector<std::string> lit;
-  std::optional<double> held_out_mm, check_mm;
+  std::optional<double> held_out_mm, check_mm, delay_ms;
 };
 
 /// Safe from any thread. Between start() and begin() it waits for the camera: the guide needs the
@@ -73,6 +73,7 @@ class CalibrationSession {
   /// Returns true while views are taken: for the calibration or for its check.
   bool takesViews() const;
   bool isVerifying() const;
+  bool isTiming() const;  ///< the projector's delay is being measured
   /// Empty if it was started anew meanwhile; so are the functions below then without effect.
   std::optional<Seen> see(const calib::WatchedImage& image);
   /// Adds and files the view that the photographs show. Throws as CalibrationFolder does.
@@ -80,6 +81,9 @@ class CalibrationSession {
                const calib::Photographs& photographs);
   /// The check's errors, and why it could not be measured, or empty. False without effect.
   bool addCheck(const calib::ErrorSummary& errors, const std::string& fault);
+
+  /// Ends the measurement of the delay: `ms`, or nothing, and the words about it.
+  void timed(const std::optional<double>& ms, const std::string& words);
 
   /// Empty unless the guide is waiting for a solution.
   std::optional<Task> task() const;
@@ -111,6 +115,7 @@ class CalibrationSession {
   std::vector<calib::Photographs> photographs_;
   std::optional<calib::Calibration> calibration_;
   calib::ErrorSummary check_;  ///< errors of the check; without corners before it
+  std::optional<double> delay_ms_;
 };
 
 }  // namespace afterglow::nodes

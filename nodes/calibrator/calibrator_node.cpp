@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <std_srvs/Trigger.h>
 
+#include <algorithm>
 #include <boost/function.hpp>
 #include <chrono>
 #include <exception>
@@ -10,6 +11,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/targets/target_files.hpp"
+#include "nodes/projector/output_config.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -89,8 +91,9 @@ void CalibratorNode::tell(const std::string& text) {
 
 void CalibratorNode::watch() {
   try {
-    std::optional<CameraImage> image = camera_.take(kImagePatience);
+    std::optional<CameraImage> image = camera_.take(goOnTiming());
     takeSolution();
+    if (image && timing_) timing_->see(*image);
     if (image) onImage(std::move(*image));
     startSolving();
   } catch (const std::exception& error) {  // a full disk, a hostile message: the next may do
@@ -171,13 +174,43 @@ void CalibratorNode::takeSolution() {
   session_.solved(solution->task.start, calibration, filed);
 }
 
+// --------------------------------------------------------------------------------------- timing
+
+std::chrono::nanoseconds CalibratorNode::goOnTiming() {
+  if (!session_.isTiming()) {
+    timing_.reset();
+    return kImagePatience;
+  }
+  try {
+    if (!timing_) timing_.emplace(screen_, options_.led);
+    const std::chrono::nanoseconds until = timing_->goOn();
+    if (!timing_->isDone()) return std::min<std::chrono::nanoseconds>(until, kImagePatience);
+    finishTiming();
+  } catch (const std::exception& error) {
+    session_.timed(std::nullopt,
+                   "the projector's delay is not measured: " + std::string(error.what()));
+  }
+  timing_.reset();
+  return kImagePatience;
+}
+
+void CalibratorNode::finishTiming() {
+  const calib::ProjectorDelay delay = timing_->delay(options_.stamps);
+  std::string words = calib::delayWords(timing_->seen(), delay);
+  if (!options_.config.empty()) {
+    writeLatency(options_.config, options_.config_name, delay.ms);
+    words += " It is latency_ms in " + options_.config + " now.";
+  }
+  session_.timed(delay.ms, words);
+}
+
 // --------------------------------------------------------------------------------------- saying
 
 void CalibratorNode::showAndSay() {
   std::string problem = camera_.problem();
   if (problem.empty()) problem = image_problem_;
   const CalibrationSession::News news = session_.takeNews();
-  screen_.show(news.shown);
+  if (!timing_) screen_.show(news.shown);
   for (const calib::Utterance& utterance : news.utterances) topics_.say(utterance, news.progress);
   topics_.complain(problem);
   CalibratorState state = session_.state();

@@ -12,6 +12,7 @@
 
 #include <ros/ros.h>
 
+#include <chrono>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -24,6 +25,7 @@
 #include "nodes/calibrator/calibrator_options.hpp"
 #include "nodes/calibrator/calibrator_topics.hpp"
 #include "nodes/calibrator/camera_subscriber.hpp"
+#include "nodes/calibrator/latency_measurement.hpp"
 #include "nodes/calibrator/pattern_screen.hpp"
 #include "nodes/tools/calibration_folder.hpp"
 #include "replay/clock/worker_thread.hpp"
@@ -59,6 +61,10 @@ class CalibratorNode {
   void finishCheck(const calib::View& view);
   void startSolving();
   void takeSolution();
+  /// Begins, or goes on with, the measurement of the delay; returns how long an image may be waited
+  /// for.
+  std::chrono::nanoseconds goOnTiming();
+  void finishTiming();
   void showAndSay();
 
   const CalibratorOptions options_;
@@ -69,6 +75,7 @@ class CalibratorNode {
   std::optional<calib::ViewBuilder> views_;  ///< once the camera is known
   BackgroundSolver solver_;
   calib::ReportFacts facts_;
+  std::optional<LatencyMeasurement> timing_;
   std::string image_problem_;  ///< empty: there is none
 
   std::mutex stop_mutex_;

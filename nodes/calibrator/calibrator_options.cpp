@@ -56,6 +56,23 @@ render::Mirror readMirror(const ros::NodeHandle& own) {
   return static_cast<render::Mirror>(found - names.begin());
 }
 
+void readLatency(const ros::NodeHandle& own, CalibratorOptions& options) {
+  options.guide.times_delay = true;
+  take(own, "latency", options.guide.times_delay);
+  take(own, "config_file", options.config);
+  take(own, "config_name", options.config_name);
+  take(own, "led_file", options.led);
+  std::string stamps;
+  take(own, "image_stamps", stamps);
+  if (stamps.empty()) return;
+  const auto& names = calib::kStampNames;
+  const auto found = std::find(names.begin(), names.end(), stamps);
+  if (found == names.end()) {
+    throw std::runtime_error("parameter ~image_stamps should be start, middle or end");
+  }
+  options.stamps = static_cast<calib::StampMeaning>(1 + (found - names.begin()));
+}
+
 calib::CameraUse readCameraUse(const ros::NodeHandle& own) {
   bool is_refined = false, is_fixed = false;
   take(own, "refine_camera", is_refined);
@@ -105,6 +122,7 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
     check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in meters");
   }
   options.camera_use = readCameraUse(own);
+  readLatency(own, options);
   take(own, "autostart", options.is_started);
   take(own, "speak", options.is_spoken);
   take(own, "publish_transform", options.publishes_transform);

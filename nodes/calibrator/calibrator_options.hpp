@@ -8,6 +8,7 @@
 #include <string>
 
 #include "calib/guide/guide.hpp"
+#include "calib/latency/latency.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "calib/solver/solve.hpp"
 #include "nodes/tools/window_choice.hpp"
@@ -30,6 +31,12 @@ struct CalibratorOptions {
   /// ~patience_seconds (4)
   calib::GuideOptions guide;
   std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in meters
+  /// ~latency (true): measure the projector's delay (guide.times_delay). ~config_file: the
+  /// configuration of projector_node that it is written to; empty: it is only told. ~config_name:
+  /// the projector's name there, among several. ~led_file: LatencyMeasurement's. ~image_stamps
+  /// (start, middle or end of the exposure): what the camera's driver stamps; empty: unknown.
+  std::string config, config_name, led;
+  calib::StampMeaning stamps = calib::StampMeaning::Unknown;
   /// ~refine_camera, ~fix_camera: as the options of `afterglow calibrate solve`
   calib::CameraUse camera_use = calib::CameraUse::RefineIfContradicted;
   bool is_started = true;            ///< ~autostart: at once, without the service

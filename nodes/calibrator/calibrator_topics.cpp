@@ -27,6 +27,7 @@ nlohmann::json document(const CalibratorState& state) {
                          {"coverage", rounded(state.coverage, 0.001)}};
   if (state.held_out_mm) json["held_out_mm"] = *state.held_out_mm;
   if (state.check_mm) json["check_mm"] = *state.check_mm;
+  if (state.delay_ms) json["delay_ms"] = rounded(*state.delay_ms, 0.1);
   return json;
 }
 

@@ -18,7 +18,7 @@
 
 namespace afterglow::nodes {
 
-/// Keys as the members; held_out_mm and check_mm only when known.
+/// Keys as the members; held_out_mm, check_mm and delay_ms only when known.
 std::string toJson(const CalibratorState& state);
 
 /// Makes one status: a warning while the camera has a problem.

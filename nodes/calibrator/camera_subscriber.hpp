@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/latency/latency.hpp"
 #include "calib/lens.hpp"
 #include "calib/picture.hpp"
 
@@ -22,18 +23,20 @@ struct CameraImage {
   calib::Picture picture;
   std::int64_t stamp_ns = 0;  ///< the header's; the time of arrival where that is zero
   std::string frame_id;
+  calib::ClockReading arrived;
 };
 
 /// Callbacks come from the caller's spinner; everything else from any thread.
 class CameraSubscriber {
  public:
-  /// `lens`: known from a file, and `camera_info_topic` is not used; if empty, the topic tells it.
+  /// `lens`: known from a file, and `camera_info_topic` is not used; if empty, the topic tells it;
+  /// without a topic nobody asks for the lens.
   CameraSubscriber(const std::string& image_topic, const std::string& camera_info_topic,
                    const std::optional<calib::Lens>& lens);
 
   /// The newest image that was not taken, waiting for one at most so long. Older ones are dropped.
   /// Empty also after a bad message: problem() tells.
-  std::optional<CameraImage> take(std::chrono::milliseconds patience);
+  std::optional<CameraImage> take(std::chrono::nanoseconds patience);
   std::optional<calib::Lens> lens() const;
   /// Returns why there are no images or no lens, in one line; empty if there are.
   std::string problem() const;
@@ -47,6 +50,7 @@ class CameraSubscriber {
   mutable std::mutex mutex_;
   std::condition_variable image_came_;
   sensor_msgs::ImageConstPtr newest_;
+  calib::ClockReading arrived_;  ///< of newest_
   std::optional<calib::Lens> lens_;
   std::string image_problem_, lens_problem_;
   std::chrono::steady_clock::time_point heard_at_;

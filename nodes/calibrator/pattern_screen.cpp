@@ -18,11 +18,18 @@ calib::Picture plainPicture(const calib::Pattern& pattern, std::uint8_t gray) {
 
 }  // namespace
 
-PatternScreen::PatternScreen(const calib::Pattern& pattern, const std::string& frame_id)
+calib::ClockReading readClocks() {
+  const auto steady = std::chrono::steady_clock::now().time_since_epoch();
+  return {static_cast<std::int64_t>(ros::Time::now().toNSec()),
+          std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
+}
+
+PatternScreen::PatternScreen(const calib::Pattern& pattern, const std::string& frame_id,
+                             const std::string& topic)
     : pictures_{plainPicture(pattern, 0), plainPicture(pattern, calib::kPlainGray),
                 calib::patternPicture(pattern)},
       frame_id_(frame_id) {
-  publisher_ = own_.advertise<sensor_msgs::Image>("pattern", 4, true);
+  publisher_ = nh_.advertise<sensor_msgs::Image>(ros::names::resolve(topic), 4, true);
   publish(shown_);
 }
 
@@ -30,15 +37,18 @@ const calib::Picture& PatternScreen::pictureOf(calib::Shown shown) const {
   return pictures_[static_cast<std::size_t>(shown)];
 }
 
-void PatternScreen::show(calib::Shown shown) {
+calib::ClockReading PatternScreen::show(calib::Shown shown) {
+  calib::ClockReading now;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (shown == shown_) return;
+    if (shown == shown_) return readClocks();
     shown_ = shown;
     is_changed_ = true;
     publish(shown);
+    now = readClocks();
   }
   changed_.notify_one();
+  return now;
 }
 
 void PatternScreen::publish(calib::Shown shown) {

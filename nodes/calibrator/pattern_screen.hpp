@@ -12,18 +12,24 @@
 #include <string>
 
 #include "calib/guide/view_taker.hpp"
+#include "calib/latency/latency.hpp"
 #include "calib/picture.hpp"
 #include "calib/targets/pattern.hpp"
 
 namespace afterglow::nodes {
 
-/// The screen; used from any thread, black at first. Begins black.
+/// The clocks as they are now: ROS time, and one that never jumps.
+calib::ClockReading readClocks();
+
+/// The screen; used from any thread, black at first.
 class PatternScreen {
  public:
-  PatternScreen(const calib::Pattern& pattern, const std::string& frame_id);
+  PatternScreen(const calib::Pattern& pattern, const std::string& frame_id,
+                const std::string& topic = "~pattern");
 
-  /// Publishes the picture if it is another one than before.
-  void show(calib::Shown shown);
+  /// Publishes the picture if it is another one than before, and hands it to the window. Returns
+  /// the moment of that.
+  calib::ClockReading show(calib::Shown shown);
   /// The picture, if it has changed since the last call; waits for that at most so long.
   std::optional<calib::Picture> takeChanged(std::chrono::milliseconds patience);
   int width() const { return pictures_[0].width; }
@@ -39,7 +45,7 @@ class PatternScreen {
   std::condition_variable changed_;
   calib::Shown shown_ = calib::Shown::Black;
   bool is_changed_ = true;
-  ros::NodeHandle own_{"~"};
+  ros::NodeHandle nh_;
   ros::Publisher publisher_;
 };
 

@@ -12,6 +12,7 @@ void addCalibrateVerb(CLI::App& app) {
   addCalibrateMount(*calibrate);
   addCalibrateVerify(*calibrate);
   addCalibrateColor(*calibrate);
+  addCalibrateLatency(*calibrate);
 }
 
 }  // namespace afterglow::nodes

@@ -50,9 +50,10 @@ The ROS master that
 .BR play ,
 .BR watch ,
 .BR doctor ,
-.B init
-and
+.BR init ,
 .B calibrate mount \-\-from\-tf
+and
+.B calibrate latency
 ask; by default http://localhost:11311. Nothing else needs one.
 .TP
 .B XDG_CACHE_HOME

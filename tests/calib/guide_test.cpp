@@ -159,6 +159,29 @@ TEST(Guide, goesFromTheFirstViewToTheCheck) {
   EXPECT_NE(allText(guide).find("have camera or projector moved?"), std::string::npos);
 }
 
+TEST(Guide, endsWithTheProjectorsDelay) {
+  GuideOptions options;
+  options.times_delay = true;
+  Guide guide(smallBoard(), smallPattern(), camera(), options);
+  guide.start();
+  int number = 0;
+  ASSERT_TRUE(takeView(guide, number, pose(0, 0, 1), viewOf("view_00", 0, 30)));
+  ASSERT_TRUE(guide.solveNow());
+  guide.timed("too early");
+  guide.solved({});
+  ErrorSummary errors;
+  errors.corners = 40;
+  guide.checked(errors);
+  EXPECT_EQ(guide.phase(), GuidePhase::Timing);
+  EXPECT_EQ(phaseName(guide.phase()), "timing");
+  const std::string said = allText(guide);
+  EXPECT_EQ(said.find("too early"), std::string::npos) << said;
+  EXPECT_NE(said.find("now the projector's delay"), std::string::npos) << said;
+  guide.timed("it is 40 ms");
+  EXPECT_EQ(guide.phase(), GuidePhase::Done);
+  EXPECT_EQ(allText(guide), "it is 40 ms\n");
+}
+
 TEST(Guide, collectsOnWhileTooLittleLightIsCovered) {
   Guide guide = startedGuide(2, 0.9);
   int number = 0;

@@ -98,5 +98,15 @@ TEST_F(Session, goesOnToTheCheckOnceItIsSolved) {
   EXPECT_EQ(session_.state().check_mm, 0.5);
 }
 
+TEST_F(Session, takesADelayOnlyWhileItIsMeasured) {
+  calib::GuideOptions options;
+  options.times_delay = true;
+  CalibrationSession session(smallBoard(), smallPattern(), options, files_, true);
+  session.begin(camera());
+  session.timed(40, "forty");
+  EXPECT_FALSE(session.state().delay_ms);
+  EXPECT_FALSE(session.isTiming());
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::calibration_session_test
