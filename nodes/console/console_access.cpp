@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
 #include <utility>
@@ -71,6 +72,12 @@ bool isJson(const std::string& type) {
   return replay::lowerCase(type.substr(0, type.find(';'))) == "application/json";
 }
 
+HttpResponse unknownHost() {
+  return errorResponse(403, "this server is not called that; --host NAME allows a name");
+}
+
+HttpResponse unknownToken() { return errorResponse(401, "the token is missing or wrong"); }
+
 constexpr std::size_t kShortestToken = 16;
 constexpr const char* kTokenVariable = "AFTERGLOW_CONSOLE_TOKEN";
 
@@ -100,9 +107,12 @@ std::string consoleToken(const std::string& address, const std::string& token_fi
                            " letters");
 }
 
-ConsoleAccess::ConsoleAccess(std::string token, std::vector<std::string> hosts)
-    : token_(std::move(token)), hosts_(std::move(hosts)) {
+ConsoleAccess::ConsoleAccess(std::string token, std::vector<std::string> hosts,
+                             std::vector<std::string> origins)
+    : token_(std::move(token)), hosts_(std::move(hosts)), origins_(std::move(origins)) {
   for (std::string& host : hosts_) host = replay::lowerCase(host);
+  for (std::string& origin : origins_) origin = replay::lowerCase(origin);
+  origins_.emplace_back("file://");
   hosts_.emplace_back("localhost");
   const std::string name = ownName();
   if (!name.empty()) hosts_.insert(hosts_.end(), {name, name + ".local"});
@@ -118,10 +128,13 @@ bool ConsoleAccess::isToken(const std::string& text) const {
          CRYPTO_memcmp(text.data(), token_.data(), token_.size()) == 0;
 }
 
+bool ConsoleAccess::hasTokenHeader(const HttpRequest& request) const {
+  const std::string& bearer = request.header("authorization");
+  return bearer.rfind(kBearer, 0) == 0 && isToken(bearer.substr(std::strlen(kBearer)));
+}
+
 std::optional<HttpResponse> ConsoleAccess::refusal(const HttpRequest& request) const {
-  if (!isKnownHost(request.header("host"))) {
-    return errorResponse(403, "this server is not called that; --host NAME allows a name");
-  }
+  if (!isKnownHost(request.header("host"))) return unknownHost();
   if (request.method != "GET" && request.method != "POST") {
     return errorResponse(405, "only GET and POST are understood");
   }
@@ -132,11 +145,22 @@ std::optional<HttpResponse> ConsoleAccess::refusal(const HttpRequest& request) c
     }
   }
   const bool is_open = request.path.rfind("/api/", 0) != 0 || request.path == "/api/login";
-  if (token_.empty() || is_open) return std::nullopt;
-  const std::string& bearer = request.header("authorization");
-  const std::string given = bearer.rfind(kBearer, 0) == 0 ? bearer.substr(7) : "";
-  if (isToken(given) || isToken(cookieIn(request.header("cookie")))) return std::nullopt;
-  return errorResponse(401, "the token is missing or wrong");
+  if (token_.empty() || is_open || hasTokenHeader(request)) return std::nullopt;
+  if (isToken(cookieIn(request.header("cookie")))) return std::nullopt;
+  return unknownToken();
+}
+
+std::optional<HttpResponse> ConsoleAccess::socketRefusal(const HttpRequest& request) const {
+  if (!isKnownHost(request.header("host"))) return unknownHost();
+  const bool knows_token = hasTokenHeader(request) || isToken(request.parameter("token"));
+  if (!token_.empty() && knows_token) return std::nullopt;
+  const std::string origin = replay::lowerCase(request.header("origin"));
+  if (!isOwnOrigin(request) && std::count(origins_.begin(), origins_.end(), origin) == 0) {
+    return errorResponse(
+        403, "pages of " + origin + " may not read here; --origin " + origin + " allows it");
+  }
+  if (token_.empty() || isToken(cookieIn(request.header("cookie")))) return std::nullopt;
+  return unknownToken();
 }
 
 HttpResponse ConsoleAccess::login(const HttpRequest& request) const {

@@ -27,20 +27,27 @@ std::string consoleToken(const std::string& address, const std::string& token_fi
 /// login sets. Tokens are compared in constant time.
 class ConsoleAccess {
  public:
-  /// No token: whoever reaches the server may use it.
-  ConsoleAccess(std::string token, std::vector<std::string> hosts);
+  /// No token: whoever reaches the server may use it. `origins`: other sites, as browsers name
+  /// them ("https://app.foxglove.dev"), whose pages may open a WebSocket.
+  ConsoleAccess(std::string token, std::vector<std::string> hosts,
+                std::vector<std::string> origins = {});
 
   /// Nothing: the request may go on. Else 400, 401, 403 or 415.
   std::optional<HttpResponse> refusal(const HttpRequest& request) const;
+  /// Likewise for a WebSocket, which browsers open for pages of any site: a page has to be of this
+  /// server, of a site that is given or of this machine's disk (desktop programs), or to know the
+  /// token. Tools that can set no header give it as the parameter `token` of the address.
+  std::optional<HttpResponse> socketRefusal(const HttpRequest& request) const;
   /// The answer to POST /api/login {"token": T}.
   HttpResponse login(const HttpRequest& request) const;
 
  private:
   bool isKnownHost(const std::string& host) const;
   bool isToken(const std::string& text) const;
+  bool hasTokenHeader(const HttpRequest& request) const;
 
   std::string token_;
-  std::vector<std::string> hosts_;
+  std::vector<std::string> hosts_, origins_;
 };
 
 }  // namespace afterglow::nodes

@@ -18,6 +18,7 @@
 #include "replay/query/filter.hpp"
 #include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/store/message_lookup.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -80,28 +81,6 @@ Json shortJson(const replay::Value& value) {
 std::optional<replay::Stamp> stampOf(const HttpRequest& request, const std::string& name) {
   const auto ns = integerOf(request, name);
   return ns ? std::optional<replay::Stamp>({*ns}) : std::nullopt;
-}
-
-/// Returns the newest message on the topic, a behavior's own or one of its context, at or before
-/// the moment; found by looking back twice as far each time. Throws replay::StoreError.
-std::optional<replay::Message> newestMessage(const replay::Store& store,
-                                             const replay::Behavior& behavior,
-                                             const std::string& topic, replay::Stamp moment) {
-  replay::MessageRange range;
-  range.topics = {topic};
-  std::int64_t end_ns = moment.ns + 1, step_ns = 50'000'000;
-  while (end_ns > behavior.begin.ns) {
-    const std::int64_t begin_ns = std::max(behavior.begin.ns, end_ns - step_ns);
-    range.begin = replay::Stamp{begin_ns};
-    range.end = replay::Stamp{end_ns};
-    const auto cursor = store.messages(behavior, range);
-    std::optional<replay::Message> newest;
-    while (auto message = cursor->next()) newest = std::move(message);
-    if (newest) return newest;
-    end_ns = begin_ns;
-    step_ns *= 2;
-  }
-  return std::nullopt;
 }
 
 std::string typeOf(const std::string& name) {
@@ -271,8 +250,8 @@ HttpResponse ConsoleApi::message(std::int64_t id, const HttpRequest& request) co
   if (!behavior) throw HttpError(404, "there is no behavior of this id");
   const std::string& topic = request.parameter("topic");
   if (topic.empty()) throw HttpError(400, "topic is missing");
-  const auto newest = newestMessage(store_, *behavior, topic,
-                                    momentAt(*behavior, secondsOf(request)));
+  const auto newest =
+      replay::newestMessage(store_, *behavior, topic, momentAt(*behavior, secondsOf(request)));
   if (!newest) throw HttpError(404, "nothing was heard on this topic until then");
   const replay::Channel channel = store_.channel(newest->channel);
   Json json = {

@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "nodes/console/console_node.hpp"
+#include "nodes/console/foxglove_live.hpp"
+#include "nodes/console/foxglove_server.hpp"
 #include "nodes/console/http_server.hpp"
 #include "nodes/console/picture_queue.hpp"
 #include "nodes/tools/node_main.hpp"
@@ -31,7 +33,7 @@ constexpr const char* kNodeName = "console_node";
 
 struct ConsoleOptions {
   std::string store, address = "127.0.0.1", token_file;
-  std::vector<std::string> hosts;
+  std::vector<std::string> hosts, origins;
   PictureOptions pictures;
   std::uint16_t port = 8080;
 };
@@ -55,7 +57,9 @@ class Console {
       facts.why_no_render = robot ? "no projector is configured: start console_node with ~config"
                                   : "no projector is configured: start the console with --config";
     }
-    api_.emplace(*store_, index_, ConsoleAccess(token_, options.hosts), facts);
+    const ConsoleAccess access(token_, options.hosts, options.origins);
+    foxglove_.emplace(*store_, access);
+    api_.emplace(*store_, index_, access, facts);
     if (pictures_) {
       api_->setPictures([this](const PictureRequest& request, const Respond& respond) {
         pictures_->draw(request, [respond](const auto& drawn) { respond(pictureResponse(drawn)); });
@@ -67,6 +71,9 @@ class Console {
     api_->setRobot([this](const HttpRequest& request, const Respond& respond) {
       node_->answer(request, respond);
     });
+    foxglove_->setLive([live = std::make_shared<FoxgloveLive>()](const auto& frames) {
+      return std::make_shared<FoxgloveLiveSession>(live, frames);
+    });
   }
 
   /// Returns when a stop is requested.
@@ -76,9 +83,13 @@ class Console {
         [this](const HttpRequest& request, const Respond& respond) {
           api_->answer(request, respond);
         },
-        ConsoleApi::isUrgent);
+        ConsoleApi::isUrgent, {},
+        [this](const HttpRequest& request, const std::shared_ptr<FrameQueue>& frames) {
+          return foxglove_->open(request, frames);
+        });
     std::cout << "the console of " << replay::storeUri(options_.store) << " is at "
-              << urlOf(server.port()) << "; Ctrl-C ends it\n";
+              << urlOf("http", server.port()) << "; Ctrl-C ends it\n"
+              << "Foxglove and Lichtblick open " << urlOf("ws", server.port()) << "\n";
     if (!token_.empty()) std::cout << "token: " << token_ << "\n";
     std::cout << std::flush;
     pollfd stop{stopRequestFd(), POLLIN, 0};
@@ -104,10 +115,11 @@ class Console {
   }
 
   /// "http://127.0.0.1:8080/"
-  std::string urlOf(std::uint16_t port) const {
+  std::string urlOf(const std::string& scheme, std::uint16_t port) const {
     const std::string& address = options_.address;
     const bool is_v6 = address.find(':') != std::string::npos;
-    return "http://" + (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(port) + "/";
+    return scheme + "://" + (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(port) +
+           "/";
   }
 
   const ConsoleOptions options_;
@@ -115,6 +127,7 @@ class Console {
   const std::unique_ptr<replay::Store> store_;
   BehaviorIndex index_;
   std::optional<PictureQueue> pictures_;
+  std::optional<FoxgloveServer> foxglove_;
   std::optional<ConsoleApi> api_;
   std::optional<ConsoleNode> node_;
 };
@@ -129,6 +142,7 @@ void serveBesideRobot(const ros::NodeHandle& own) {
   own.param("address", options.address, options.address);
   own.param("token_file", options.token_file, options.token_file);
   own.param("hosts", options.hosts, options.hosts);
+  own.param("origins", options.origins, options.origins);
   const int port = own.param("port", int{options.port});
   if (port < 0 || port > UINT16_MAX) throw std::runtime_error("~port is no TCP port");
   options.port = static_cast<std::uint16_t>(port);
@@ -157,6 +171,11 @@ void addConsole(CLI::App& app) {
                    "beyond loopback, one is made and printed");
   verb->add_option("--host", options->hosts,
                    "A name, too, by which browsers may call this machine; may be repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_option("--origin", options->origins,
+                   "A site, too, whose pages may read by the Foxglove protocol, such as "
+                   "https://app.foxglove.dev; may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   addPictureOptions(*verb, options->pictures);

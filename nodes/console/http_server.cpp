@@ -14,6 +14,7 @@
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
 #include <list>
 #include <mutex>
 #include <optional>
@@ -29,6 +30,7 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
+namespace websocket = boost::beast::websocket;
 using Tcp = asio::ip::tcp;
 using boost::system::error_code;
 
@@ -76,11 +78,97 @@ std::optional<HttpResponse> responseTo(const error_code& error) {
 struct HttpShared {
   HttpHandler handler;
   std::function<bool(const HttpRequest&)> is_urgent;
+  OpenSocket open_socket;
   HttpLimits limits;
   std::atomic<std::size_t> streams{0};
   asio::thread_pool workers;  ///< threads for what is not urgent
 
   explicit HttpShared(int threads) : workers(static_cast<std::size_t>(threads)) {}
+};
+
+/// A WebSocket that was granted. Keeps itself alive until the connection ends; in its stream's
+/// strand. Counts as one of the streams, which whoever makes it has counted.
+class SocketSession : public std::enable_shared_from_this<SocketSession> {
+ public:
+  SocketSession(beast::tcp_stream stream, std::shared_ptr<HttpShared> shared, OpenedSocket opened,
+                std::shared_ptr<FrameQueue> frames)
+      : socket_(std::move(stream)),
+        shared_(std::move(shared)),
+        opened_(std::move(opened)),
+        frames_(std::move(frames)) {}
+  SocketSession(const SocketSession&) = delete;
+  SocketSession& operator=(const SocketSession&) = delete;
+  ~SocketSession() {
+    frames_->close();
+    --shared_->streams;
+    // Its end may wait for threads of its own: no matter for a thread that answers what is urgent.
+    asio::post(shared_->workers,
+               [service = std::move(opened_.service)]() mutable { service.reset(); });
+  }
+
+  void accept(const http::request<http::string_body>& request) {
+    beast::get_lowest_layer(socket_).expires_never();
+    socket_.set_option(websocket::stream_base::timeout{shared_->limits.header_patience,
+                                                       shared_->limits.patience, true});
+    socket_.set_option(websocket::stream_base::decorator(
+        [protocol = opened_.protocol](websocket::response_type& response) {
+          response.set(http::field::sec_websocket_protocol, protocol);
+        }));
+    socket_.read_message_max(shared_->limits.body_bytes);
+    socket_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (error) return;
+      self->read();
+      // What is pushed keeps no connection alive: read() does, until it ends.
+      self->frames_->attach([weak = self->weak_from_this()] {
+        const auto session = weak.lock();
+        if (!session) return;
+        asio::post(session->socket_.get_executor(), [session] { session->pass(); });
+      });
+    });
+  }
+
+ private:
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->frames_->close();
+      SocketFrame frame{self->socket_.got_text(), beast::buffers_to_string(self->buffer_.data())};
+      self->buffer_.consume(self->buffer_.size());
+      asio::post(self->shared_->workers, [self, frame = std::move(frame)] { self->handle(frame); });
+    });
+  }
+
+  /// Runs in a worker: the next frame is read when this one was taken.
+  void handle(const SocketFrame& frame) {
+    try {
+      opened_.service->take(frame);
+    } catch (const std::exception&) {
+      return frames_->close();
+    }
+    asio::post(socket_.get_executor(), [self = shared_from_this()] { self->read(); });
+  }
+
+  void pass() {
+    if (frames_->isClosed()) return beast::get_lowest_layer(socket_).close();
+    if (is_passing_) return;
+    auto frame = frames_->take();
+    if (!frame) return;
+    is_passing_ = true;
+    passing_ = std::move(frame->bytes);
+    socket_.text(frame->is_text);
+    socket_.async_write(asio::buffer(passing_),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          self->is_passing_ = false;
+                          error ? self->frames_->close() : self->pass();
+                        });
+  }
+
+  websocket::stream<beast::tcp_stream> socket_;
+  std::shared_ptr<HttpShared> shared_;
+  OpenedSocket opened_;
+  std::shared_ptr<FrameQueue> frames_;
+  beast::flat_buffer buffer_;
+  std::string passing_;
+  bool is_passing_ = false;
 };
 
 /// A connection. Keeps itself alive while something is under way; in its stream's strand.
@@ -143,7 +231,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
   void answer() {
     awaits_client_ = false;
-    const http::request<http::string_body> message = parser_->release();
+    http::request<http::string_body> message = parser_->release();
     const bool keeps_alive = message.keep_alive();
     // Dropped unused, by whoever should have answered: the connection is closed with it.
     const Respond respond = [self = shared_from_this(), keeps_alive](HttpResponse response) {
@@ -155,6 +243,10 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     try {
       HttpRequest request = requestOf(message);
       if (shared_->is_urgent && shared_->is_urgent(request)) return handle(request, respond);
+      if (shared_->open_socket && websocket::is_upgrade(message)) {
+        if (buffer_.size() > 0) throw HttpError(400, "frames came before the handshake's end");
+        return openSocket(std::move(request), std::move(message), respond);
+      }
       asio::post(shared_->workers, [self = shared_from_this(), request = std::move(request),
                                     respond] { self->handle(request, respond); });
     } catch (const HttpError& refused) {
@@ -163,8 +255,33 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void handle(const HttpRequest& request, const Respond& respond) const {
+    respondToErrors(respond, [&] { shared_->handler(request, respond); });
+  }
+
+  /// The request goes on as a WebSocket, or is refused.
+  void openSocket(HttpRequest request, http::request<http::string_body> message,
+                  const Respond& respond) {
+    const auto open = [this, message, respond](const HttpRequest& asked) {
+      const auto frames = std::make_shared<FrameQueue>();
+      const OpenedSocket opened = shared_->open_socket(asked, frames);
+      asio::post(
+          stream_.get_executor(), [self = shared_from_this(), message, opened, frames, respond] {
+            if (++self->shared_->streams > self->shared_->limits.streams) {
+              --self->shared_->streams;
+              return respond(errorResponse(503, "too many connections are open: close one"));
+            }
+            std::make_shared<SocketSession>(std::move(self->stream_), self->shared_, opened, frames)
+                ->accept(message);
+          });
+    };
+    asio::post(shared_->workers, [self = shared_from_this(), request = std::move(request), open,
+                                  respond] { respondToErrors(respond, [&] { open(request); }); });
+  }
+
+  template <typename Work>
+  static void respondToErrors(const Respond& respond, const Work& work) {
     try {
-      shared_->handler(request, respond);
+      work();
     } catch (const HttpError& refused) {
       respond(errorResponse(refused.status(), refused.what()));
     } catch (const std::exception& failure) {
@@ -255,13 +372,14 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 struct HttpServer::Impl {
   Impl(const std::string& address, std::uint16_t port, HttpHandler handler,
-       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits)
+       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits, OpenSocket open_socket)
       : shared(std::make_shared<HttpShared>(limits.threads)),
         io(kConnectionThreads),
         acceptor(asio::make_strand(io)) {
     shared->handler = std::move(handler);
     shared->is_urgent = std::move(is_urgent);
     shared->limits = limits;
+    shared->open_socket = std::move(open_socket);
     error_code error;
     const auto ip = asio::ip::make_address(address, error);
     if (error) throw std::runtime_error("'" + address + "' is no IP address");
@@ -324,9 +442,10 @@ struct HttpServer::Impl {
 };
 
 HttpServer::HttpServer(const std::string& address, std::uint16_t port, HttpHandler handler,
-                       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits)
-    : impl_(std::make_unique<Impl>(address, port, std::move(handler), std::move(is_urgent),
-                                   limits)) {}
+                       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits,
+                       OpenSocket open_socket)
+    : impl_(std::make_unique<Impl>(address, port, std::move(handler), std::move(is_urgent), limits,
+                                   std::move(open_socket))) {}
 
 HttpServer::~HttpServer() = default;
 

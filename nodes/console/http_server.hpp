@@ -1,6 +1,6 @@
 /// \file
-/// The transport of the console: HTTP/1.1 over TCP by Boost.Beast, with bounds on all that a client
-/// can take.
+/// The transport of the console: HTTP/1.1 and WebSockets over TCP by Boost.Beast, with bounds on
+/// all that a client can take.
 #pragma once
 
 #include <chrono>
@@ -11,6 +11,7 @@
 #include <string>
 
 #include "nodes/console/http_message.hpp"
+#include "nodes/console/web_socket.hpp"
 
 namespace afterglow::nodes {
 
@@ -20,9 +21,11 @@ struct HttpLimits {
   /// A further one takes the place of the oldest that is idle, slow to ask or slow to take its
   /// answer, so that nobody can keep a stop out; without any such it is closed at once.
   std::size_t connections = 32;
-  std::size_t streams = 16;  ///< number of responses that go on; further ones are refused
+  /// Number of responses that go on, and of WebSockets; further ones are refused.
+  std::size_t streams = 16;
   std::chrono::milliseconds header_patience = std::chrono::seconds(2);  ///< after its first byte
-  /// Time between two requests, for a request's body, and for taking a whole response.
+  /// Time between two requests, for a request's body, and for taking a whole response; and that a
+  /// WebSocket's client may be silent: it answers pings.
   std::chrono::milliseconds patience = std::chrono::seconds(20);
   int threads = 3;  ///< threads for requests that are not urgent
 };
@@ -33,9 +36,11 @@ class HttpServer {
  public:
   /// `address` in numbers, 127.0.0.1 or ::1; port 0: any that is free. Throws std::runtime_error
   /// where it cannot listen. The handler may block for a while; it must not for what is urgent,
-  /// which is answered by threads of its own.
+  /// which is answered by threads of its own. Without `open_socket` there are no
+  /// WebSockets.
   HttpServer(const std::string& address, std::uint16_t port, HttpHandler handler,
-             std::function<bool(const HttpRequest&)> is_urgent = {}, HttpLimits limits = {});
+             std::function<bool(const HttpRequest&)> is_urgent = {}, HttpLimits limits = {},
+             OpenSocket open_socket = {});
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
   /// Closes all connections. Responses that come later are dropped.

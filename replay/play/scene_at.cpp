@@ -23,11 +23,6 @@ T& memberOf(Value& message, const std::string& field) {
   throw MessageError("a marker without " + field);
 }
 
-bool isMarkers(const std::string& type) {
-  return type == "visualization_msgs/Marker" || type == "visualization_msgs/MarkerArray";
-}
-
-
 bool arrivedEarlier(const Message& a, const Message& b) {
   return a.received != b.received ? a.received < b.received : a.sequence < b.sequence;
 }
@@ -37,6 +32,10 @@ Message withoutBytes(const Message& message) {
 }
 
 }  // namespace
+
+bool isMarkers(const std::string& type) {
+  return type == "visualization_msgs/Marker" || type == "visualization_msgs/MarkerArray";
+}
 
 void SceneAt::add(const Channel& channel, Modality modality, Message message) {
   const std::string& topic = channel.topic;

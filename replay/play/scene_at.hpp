@@ -18,6 +18,9 @@
 
 namespace afterglow::replay {
 
+/// Returns true for messages whose markers add up to a scene.
+bool isMarkers(const std::string& type);
+
 /// Fed with messages in order, up to the moment. A value; not thread-safe.
 class SceneAt {
  public:

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "nodes/console/console_api.hpp"
+#include "nodes/console/foxglove_server.hpp"
 #include "nodes/console/http_server.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/fuzz/target.hpp"
@@ -36,9 +37,16 @@ struct Console {
   std::unique_ptr<replay::Store> store = storeOfOneBehavior();
   BehaviorIndex index{*store};
   ConsoleApi api{*store, index, ConsoleAccess("", {}), {"1", "a store", "no pictures"}};
-  HttpServer server{"127.0.0.1", 0, [this](const HttpRequest& request, const Respond& respond) {
-                      api.answer(request, respond);
-                    }};
+  FoxgloveServer foxglove{*store, ConsoleAccess("", {})};
+  HttpServer server{
+      "127.0.0.1",
+      0,
+      [this](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); },
+      {},
+      {},
+      [this](const HttpRequest& request, const std::shared_ptr<FrameQueue>& frames) {
+        return foxglove.open(request, frames);
+      }};
 
   Console() { index.read(); }
 };
