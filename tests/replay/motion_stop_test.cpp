@@ -8,6 +8,8 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <tuple>
+#include <vector>
 
 #include "replay/motion/motion_limits.hpp"
 #include "replay/motion/stops/motion_monitor.hpp"
@@ -374,6 +376,27 @@ TEST(MotionStop, refusesRulesThatDoNotFitTheType) {
             "rules.yaml:3: a cancel stops a control_msgs/FollowJointTrajectoryActionGoal, write "
             "{cancel: /TOPIC}");
   EXPECT_EQ(whyNot(ruleOf(StopKind::Zero), kCmdVel), "");
+}
+
+TEST(MotionStop, setsAFieldToNumbersThatItsTypeHolds) {
+  const auto fits = [](const std::string& type, double value) {
+    MotionStop stop = ruleOf(StopKind::Fields);
+    stop.fields = {{"speed", value}};
+    try {
+      checkStop(stop, schemaOf(channelOf("/drive", "my_msgs/Drive", type + " speed\n")));
+      return true;
+    } catch (const std::invalid_argument&) {
+      return false;
+    }
+  };
+  const std::vector<std::tuple<std::string, double, double>> ranges = {
+      {"bool", 0, 1},           {"int8", -128, 127},  {"uint8", 0, 255},
+      {"int16", -32768, 32767}, {"uint16", 0, 65535}, {"uint32", 0, 4294967295}};
+  for (const auto& [type, least, most] : ranges) {
+    EXPECT_TRUE(fits(type, least) && fits(type, most)) << type;
+    EXPECT_FALSE(fits(type, least - 1) || fits(type, most + 1) || fits(type, most - 0.5)) << type;
+  }
+  EXPECT_TRUE(fits("float64", -0.5));
 }
 
 // ------------------------------------------------------------------------------------- in a plan
