@@ -47,9 +47,8 @@ std::uint8_t grayOf(const std::uint8_t* pixel, const Channels& channels) {
   return static_cast<std::uint8_t>(sum / 1000U);
 }
 
-}  // namespace
-
-calib::Picture toPicture(const sensor_msgs::Image& message) {
+/// Refuses what toPicture() does.
+Channels checkedChannels(const sensor_msgs::Image& message) {
   const Channels channels = channelsOf(message.encoding);
   const std::string size = std::to_string(message.width) + "x" + std::to_string(message.height);
   const auto fits = [](std::uint32_t side) { return side >= kSmallest && side <= kLargest; };
@@ -66,6 +65,13 @@ calib::Picture toPicture(const sensor_msgs::Image& message) {
     refuse("image data has " + std::to_string(message.data.size()) + " bytes, " + size + " " +
            message.encoding + " needs " + std::to_string(needed));
   }
+  return channels;
+}
+
+}  // namespace
+
+calib::Picture toPicture(const sensor_msgs::Image& message) {
+  const Channels channels = checkedChannels(message);
   calib::Picture picture;
   picture.width = static_cast<int>(message.width);
   picture.height = static_cast<int>(message.height);
@@ -81,6 +87,22 @@ calib::Picture toPicture(const sensor_msgs::Image& message) {
     }
   }
   return picture;
+}
+
+render::Image toColors(const sensor_msgs::Image& message) {
+  const Channels channels = checkedChannels(message);
+  const std::size_t green = channels.bytes == 1 ? 0 : 1;
+  render::Image image{static_cast<int>(message.width), static_cast<int>(message.height), {}};
+  image.rgb.reserve(std::size_t{3} * message.width * message.height);
+  for (std::size_t y = 0; y < message.height; ++y) {
+    const std::uint8_t* pixel = message.data.data() + y * message.step;
+    for (std::size_t x = 0; x < message.width; ++x, pixel += channels.bytes) {
+      for (const std::size_t channel : {channels.red, green, channels.blue}) {
+        image.rgb.push_back(pixel[channel]);
+      }
+    }
+  }
+  return image;
 }
 
 calib::Lens toLens(const sensor_msgs::CameraInfo& message) {

@@ -17,6 +17,8 @@ namespace afterglow::nodes {
 /// with what to do), sizes below 16 px or above 16384 px a side, a step below a row's bytes and
 /// data shorter than declared. is_bigendian means nothing to bytes and is ignored.
 calib::Picture toPicture(const sensor_msgs::Image& message);
+/// The same in its colors, without the alpha.
+render::Image toColors(const sensor_msgs::Image& message);
 
 /// K and D. Throws std::invalid_argument, one line with all that is wrong: an uncalibrated camera's
 /// zeros, numbers that are not finite, models other than plumb_bob and rational_polynomial, binning

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <string>
@@ -11,7 +14,6 @@
 #include "render/scene/solids.hpp"
 
 namespace afterglow::nodes {
-namespace {
 
 void addSolid(const render::Solid& solid, const Eigen::Affine3d& placed, render::Body& body) {
   const auto first = static_cast<std::uint32_t>(body.points.size());
@@ -20,6 +22,8 @@ void addSolid(const render::Solid& solid, const Eigen::Affine3d& placed, render:
     body.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   }
 }
+
+namespace {
 
 /// A unit cylinder laid along axis 0, 1 or 2, from `begin` on.
 Eigen::Affine3d rod(int axis, double begin, double length, double diameter) {
@@ -52,6 +56,49 @@ void addArrow(const Eigen::Isometry3d& pose, const render::Arrow& arrow, render:
   addSolid(render::unitCone(24), pose * head, body);
 }
 
+/// A head without a shaft's end: the pairs of points of RViz's "Arrow (Flat)".
+void addFlatArrow(const Eigen::Isometry3d& pose, double length, render::PointList& pairs) {
+  const auto at = [&](double x, double y) {
+    return Eigen::Vector3f((pose * Eigen::Vector3d(x * length, y * length, 0)).cast<float>());
+  };
+  for (const Eigen::Vector3f& p :
+       {at(0, 0), at(1, 0), at(1, 0), at(0.75, 0.2), at(1, 0), at(0.75, -0.2)}) {
+    pairs.push_back(p);
+  }
+}
+
+/// The glyphs of poses; of more than kMostGlyphs every second, third, ... Solids or pairs of
+/// points.
+struct Glyphs {
+  render::Body solids;
+  render::PointList pairs;
+};
+
+Glyphs glyphsAt(const std::vector<geometry_msgs::Pose>& poses, const PathStyle& style,
+                std::set<std::string>& remarks) {
+  Glyphs glyphs;
+  const std::size_t stride = (poses.size() + kMostGlyphs - 1) / kMostGlyphs;
+  if (stride > 1) remarks.insert("too many poses: some have no axes or arrow");
+  for (std::size_t i = 0; i < poses.size(); i += stride) {
+    const auto pose = toPose(poses[i]);
+    if (!pose.reason.empty()) remarks.insert("a pose's " + pose.reason);
+    if (!pose.value) continue;
+    if (style.poses == PathStyle::Poses::Axes) {
+      addAxes(*pose.value, style.axes_length, style.axes_diameter, glyphs.solids);
+    } else if (style.poses == PathStyle::Poses::Arrows) {
+      addArrow(*pose.value, style.arrow, glyphs.solids);
+    } else {
+      addFlatArrow(*pose.value, double{style.flat_arrow_length}, glyphs.pairs);
+    }
+  }
+  glyphs.solids.is_closed = true;  // all of them are
+  return glyphs;
+}
+
+std::string joined(const std::set<std::string>& remarks) {
+  return fmt::format("{}", fmt::join(remarks, "; "));
+}
+
 constexpr float kFinestSpacing = 0.001f;   // m; about a pixel at a projector's usual distance
 constexpr std::size_t kMostStrips = 1000;  // each is thinned out to a point at worst
 
@@ -66,7 +113,7 @@ class PathReader {
     thinOut();
     for (render::PointList& strip : strips_) addLines(std::move(strip));
     if (style_.poses != PathStyle::Poses::None) addGlyphs();
-    return {std::move(shapes_), fmt::format("{}", fmt::join(remarks_, "; "))};
+    return {std::move(shapes_), joined(remarks_)};
   }
 
  private:
@@ -115,30 +162,15 @@ class PathReader {
   }
 
   void addLines(render::PointList strip) {
-    if (strip.size() < 2) return;
-    render::Lines line;
-    line.points = std::move(strip);
-    if (style_.line == PathStyle::Line::Lines) line.width_px = style_.width;
-    if (style_.line == PathStyle::Line::Billboards) line.width = style_.width;
-    shapes_.strips.push_back(std::move(line));
+    if (strip.size() >= 2) shapes_.strips.push_back(styledLine(std::move(strip), style_));
   }
 
   void addGlyphs() {
-    const std::size_t stride = (message_.poses.size() + kMostGlyphs - 1) / kMostGlyphs;
-    if (stride > 1) remarks_.insert("too many poses: some have no axes or arrow");
-    auto body = std::make_shared<render::Body>();
-    for (std::size_t i = 0; i < message_.poses.size(); i += stride) {
-      const auto pose = toPose(message_.poses[i].pose);
-      if (!pose.reason.empty()) remarks_.insert("a pose's " + pose.reason);
-      if (!pose.value) continue;
-      if (style_.poses == PathStyle::Poses::Axes) {
-        addAxes(*pose.value, style_.axes_length, style_.axes_diameter, *body);
-      } else {
-        addArrow(*pose.value, style_.arrow, *body);
-      }
-    }
-    body->is_closed = true;  // all of its solids are
-    if (!body->points.empty()) shapes_.glyphs = std::move(body);
+    std::vector<geometry_msgs::Pose> poses;
+    for (const geometry_msgs::PoseStamped& pose : message_.poses) poses.push_back(pose.pose);
+    render::Body solids = glyphsAt(poses, style_, remarks_).solids;
+    if (solids.points.empty()) return;
+    shapes_.glyphs = std::make_shared<const render::Body>(std::move(solids));
   }
 
   const nav_msgs::Path& message_;
@@ -149,11 +181,112 @@ class PathReader {
   std::set<std::string> remarks_;
 };
 
+// ---------------------------------------------------------------------------------------- spreads
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+constexpr double kThin = 1e-3;                    // m; RViz's height of what is flat
+constexpr double kWidestYaw = 89 * M_PI / 180.0;  // to either side
+
+Rigid<World, World> placedAt(const Eigen::Vector3d& position, const Eigen::Matrix3d& R) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = position;
+  T.linear() = R;
+  return Rigid<World, World>(T);
+}
+
+/// The ellipsoid of one standard deviation times the scale. Absent: nothing or too much of it.
+std::optional<render::Drawable> ellipsoid(const Matrix6& covariance,
+                                          const Eigen::Vector3d& position,
+                                          const CovarianceStyle& style,
+                                          std::set<std::string>& remarks) {
+  const bool is_flat = covariance.diagonal().segment<3>(2).maxCoeff() <= 0;
+  Eigen::Matrix3d spread = covariance.topLeftCorner<3, 3>();
+  if (is_flat) spread.row(2).setZero(), spread.col(2).setZero();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+  Eigen::Vector3d size =
+      2 * double{style.position_scale} * solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+  if (!(size.maxCoeff() <= kFarthest)) {
+    remarks.insert("a covariance is absurdly large: its ellipse is left out");
+    return std::nullopt;
+  }
+  if (!(size.maxCoeff() > 0)) return std::nullopt;
+  Eigen::Matrix3d R = solver.eigenvectors();
+  R.col(2) = R.col(0).cross(R.col(1));
+  size = size.cwiseMax(kThin);
+  return render::Drawable{placedAt(position, R), render::Sphere{size.cast<float>()},
+                          style.position_color};
+}
+
+/// The triangle of the yaw's standard deviation, its tip at the pose.
+std::optional<render::Drawable> yawTriangle(double variance, const Eigen::Isometry3d& pose,
+                                            const CovarianceStyle& style) {
+  if (!(variance > 0)) return std::nullopt;
+  const double half = std::min(std::sqrt(variance) * double{style.orientation_scale}, kWidestYaw);
+  const float length = style.orientation_offset;
+  const auto y = static_cast<float>(std::tan(half)) * length;
+  if (!(y > 0)) return std::nullopt;
+  render::Triangles triangle{{{0, 0, 0}, {length, -y, 0}, {length, y, 0}}, {}};
+  return render::Drawable{Rigid<World, World>(pose), std::move(triangle), style.orientation_color};
+}
+
 }  // namespace
 
 Converted<PathShapes> toPathShapes(const nav_msgs::Path& message, const PathStyle& style) {
   if (message.poses.size() > kMostPoints) return refused<PathShapes>("too many points");
   return PathReader(message, style).read();
+}
+
+render::Lines styledLine(render::PointList points, const PathStyle& style) {
+  render::Lines line;
+  line.points = std::move(points);
+  if (style.line == PathStyle::Line::Lines) line.width_px = style.width;
+  if (style.line == PathStyle::Line::Billboards) line.width = style.width;
+  return line;
+}
+
+Converted<Drawables> toPoseShapes(const std::vector<geometry_msgs::Pose>& poses,
+                                  const PathStyle& style) {
+  if (poses.size() > kMostPoints) return refused<Drawables>("too many points");
+  std::set<std::string> remarks;
+  Glyphs glyphs = glyphsAt(poses, style, remarks);
+  Drawables drawables;
+  const bool has_own_colors = style.poses == PathStyle::Poses::Axes;
+  const render::Color color = has_own_colors ? render::Color{} : style.arrow_color;
+  if (!glyphs.solids.points.empty()) {
+    render::MeshInstance mesh;
+    mesh.body = std::make_shared<const render::Body>(std::move(glyphs.solids));
+    mesh.own_colors = has_own_colors;
+    drawables.push_back({{}, std::move(mesh), color});
+  }
+  if (!glyphs.pairs.empty()) {
+    render::Lines lines = styledLine(std::move(glyphs.pairs), style);
+    lines.strip = false;
+    drawables.push_back({{}, std::move(lines), color});
+  }
+  if (drawables.empty() && !poses.empty()) return refused<Drawables>(joined(remarks));
+  return {std::move(drawables), joined(remarks)};
+}
+
+Converted<Drawables> toPoseShapes(const geometry_msgs::PoseWithCovariance& message,
+                                  const PathStyle& style, const CovarianceStyle& spread) {
+  const Matrix6 covariance = Eigen::Map<const Matrix6>(message.covariance.data());
+  if (!covariance.allFinite()) return refused<Drawables>("a covariance is not finite");
+  auto glyph = toPoseShapes(std::vector<geometry_msgs::Pose>{message.pose}, style);
+  if (!glyph.value) return glyph;
+  const Eigen::Isometry3d pose = *toPose(message.pose).value;
+  std::set<std::string> remarks;
+  if (!glyph.reason.empty()) remarks.insert(glyph.reason);
+  if (spread.has_position) {
+    if (auto drawn = ellipsoid(covariance, pose.translation(), spread, remarks)) {
+      glyph.value->push_back(std::move(*drawn));
+    }
+  }
+  if (spread.has_orientation) {
+    if (auto drawn = yawTriangle(covariance(5, 5), pose, spread)) {
+      glyph.value->push_back(std::move(*drawn));
+    }
+  }
+  return {std::move(glyph.value), joined(remarks)};
 }
 
 }  // namespace afterglow::nodes

@@ -3,15 +3,36 @@
 /// assets/projector.yaml explains every key.
 #pragma once
 
+#include <geometry_msgs/PolygonStamped.h>
+#include <geometry_msgs/PoseArray.h>
+#include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <jsk_recognition_msgs/PolygonArray.h>
+#include <map_msgs/OccupancyGridUpdate.h>
+#include <nav_msgs/GridCells.h>
+#include <nav_msgs/OccupancyGrid.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <sensor_msgs/Range.h>
+#include <visualization_msgs/Marker.h>
+#include <visualization_msgs/MarkerArray.h>
+
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/grid_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "render/scene/scene.hpp"
@@ -31,7 +52,52 @@ inline std::string readFrame(const YamlMap& map, const std::string& key) {
 
 struct SurfaceConfig;
 
-enum class LayerType { PointCloud2, LaserScan, Path, Marker, MarkerArray };
+enum class LayerType {
+  PointCloud2,
+  LaserScan,
+  Path,
+  Marker,
+  MarkerArray,
+  Polygon,
+  PolygonArray,
+  Pose,
+  PoseArray,
+  PoseWithCovariance,
+  Odometry,
+  GridCells,
+  Range,
+  OccupancyGrid,
+  Image,
+};
+/// Their messages, in the order of LayerType.
+using LayerMessages =
+    std::tuple<sensor_msgs::PointCloud2, sensor_msgs::LaserScan, nav_msgs::Path,
+               visualization_msgs::Marker, visualization_msgs::MarkerArray,
+               geometry_msgs::PolygonStamped, jsk_recognition_msgs::PolygonArray,
+               geometry_msgs::PoseStamped, geometry_msgs::PoseArray,
+               geometry_msgs::PoseWithCovarianceStamped, nav_msgs::Odometry, nav_msgs::GridCells,
+               sensor_msgs::Range, nav_msgs::OccupancyGrid, sensor_msgs::Image>;
+
+template <typename MessageType>
+struct MessageTag {
+  using Type = MessageType;
+};
+
+/// Calls `f` with the MessageTag of a layer's type.
+template <typename Function, std::size_t at = 0>
+void withMessageType(LayerType type, Function&& f) {
+  if (static_cast<std::size_t>(type) == at)
+    return f(MessageTag<std::tuple_element_t<at, LayerMessages>>());
+  if constexpr (at + 1 < std::tuple_size_v<LayerMessages>)
+    withMessageType<Function, at + 1>(type, std::forward<Function>(f));
+}
+
+/// The same of the layer's second topic, if it has one.
+template <typename Function>
+void withSecondType(LayerType type, Function&& f) {
+  if (type == LayerType::OccupancyGrid) return f(MessageTag<map_msgs::OccupancyGridUpdate>());
+  if (type == LayerType::Image) return f(MessageTag<sensor_msgs::CameraInfo>());
+}
 
 /// "sensor_msgs/PointCloud2" and so on.
 std::string typeName(LayerType type);
@@ -54,15 +120,28 @@ struct LayerConfig {
   LayerType type = LayerType::Marker;
   CloudStyle cloud;           ///< PointCloud2 and LaserScan
   std::int64_t decay_ns = 0;  ///< decay of their points; 0: until the next message
-  PathStyle path;             ///< Path; the next two as well
-  int buffer_length = 1;      ///< number of the last paths that are shown
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< meters, in the fixed frame
-  render::Color flat_color;  ///< color of all types but markers, which have their own colors
+  PathStyle path;             ///< Path, polygons and poses
+  bool filled = false;        ///< polygons
+  CovarianceStyle covariance;
+  int buffer_length = 1;  ///< number of the last messages that are shown
+  /// Odometry; nearer to the pose shown last than both: not shown. Meters, radians.
+  double position_tolerance = 0.1, angle_tolerance = 0.1;
+  ColorScheme color_scheme = ColorScheme::Map;
+  std::string camera_info;  ///< topic that places an image; empty: it lies flat
+  ImagePlane image;         ///< without its lens
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< of paths; meters, in the fixed frame
+  render::Color flat_color;                          ///< color of what has none of its own
   float alpha = 1;
   render::Placement placement = render::Placement::Direct;
   std::optional<std::size_t> surface;  ///< index of the surface; set for Drape and Viewer
   std::optional<ViewerConfig> viewer;  ///< set for Viewer
   std::optional<ReaderConfig> reader;  ///< markers' reader, Drape; empty: at the surface's -y
+
+  /// Returns the topic beside its own that its content needs, of a grid's updates or an image's
+  /// CameraInfo; else empty.
+  std::string secondTopic() const {
+    return type == LayerType::OccupancyGrid ? topic + "_updates" : camera_info;
+  }
 };
 
 /// The keys of a layer.

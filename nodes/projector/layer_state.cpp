@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "nodes/conversion/area_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"
@@ -129,6 +130,14 @@ Content cloudContent(render::PointCloud cloud, const LayerConfig& config) {
   content.drawables.push_back(
       {{}, std::move(cloud), is_flat ? config.flat_color : render::Color{}});
   return content;
+}
+
+Converted<Content> contentOf(Converted<Drawables> shapes, const char* nothing) {
+  if (!shapes.value) return refused<Content>(shapes.reason);
+  Content content;
+  content.drawables = std::move(*shapes.value);
+  content.nothing = nothing;
+  return {std::move(content), shapes.reason};
 }
 
 }  // namespace
@@ -333,6 +342,50 @@ Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& c
         {{}, std::move(glyphs), own_colors ? render::Color{} : config.path.arrow_color});
   }
   return {std::move(content), shapes.reason};
+}
+
+Converted<Content> toContent(const geometry_msgs::PolygonStamped& message,
+                             const LayerConfig& config) {
+  return contentOf(toPolygonShapes(message.polygon, config.path, config.filled, config.flat_color),
+                   "a polygon without two points apart");
+}
+
+Converted<Content> toContent(const geometry_msgs::PoseStamped& message, const LayerConfig& config) {
+  return contentOf(toPoseShapes({message.pose}, config.path), "");
+}
+
+Converted<Content> toContent(const geometry_msgs::PoseArray& message, const LayerConfig& config) {
+  return contentOf(toPoseShapes(message.poses, config.path), "an array without poses");
+}
+
+Converted<Content> toContent(const geometry_msgs::PoseWithCovarianceStamped& message,
+                             const LayerConfig& config) {
+  return contentOf(toPoseShapes(message.pose, config.path, config.covariance), "");
+}
+
+Converted<Content> toContent(const nav_msgs::Odometry& message, const LayerConfig& config) {
+  return contentOf(toPoseShapes(message.pose, config.path, config.covariance), "");
+}
+
+Converted<Content> toContent(const nav_msgs::GridCells& message, const LayerConfig& config) {
+  return contentOf(toCellShapes(message, config.flat_color), "a grid without cells");
+}
+
+Converted<Content> toContent(const sensor_msgs::Range& message, const LayerConfig& config) {
+  return contentOf(toConeShapes(message, config.flat_color), "a range without a return");
+}
+
+Converted<Content> toContent(const nav_msgs::OccupancyGrid& message, const LayerConfig& config) {
+  auto content = contentOf(toMapShapes(message, config.color_scheme), "a map without a lit cell");
+  if (content.value) content.value->frame_locked = true;
+  return content;
+}
+
+Converted<Content> toContent(const sensor_msgs::Image& message, const LayerConfig& config,
+                             const std::optional<calib::Lens>& lens) {
+  ImagePlane plane = config.image;
+  plane.lens = lens;
+  return contentOf(toImageShapes(message, plane), "an image whose pixels no ray of its lens meets");
 }
 
 }  // namespace afterglow::nodes

@@ -1,13 +1,10 @@
 /// \file
-/// The life cycle of a topic's markers, clouds, scans and paths from their arrival to the image
+/// The life cycle of a topic's markers, clouds, paths and so on from their arrival to the image
 /// that is drawn. Semantics: RViz 1.14 (marker_display.cpp, point_cloud_common.cpp),
 /// tf2_ros::MessageFilter.
 #pragma once
 
-#include <nav_msgs/Path.h>
 #include <ros/time.h>
-#include <sensor_msgs/LaserScan.h>
-#include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -29,7 +26,7 @@
 
 namespace afterglow::nodes {
 
-/// Namespace and id of a marker; of clouds, scans and paths {"", a number among them}.
+/// Namespace and id of a marker; of all else {"", a number among them}.
 using ContentKey = std::pair<std::string, int>;
 
 /// The content of one message or marker, and how it is to be placed.
@@ -46,12 +43,26 @@ struct Content {
   std::string nothing;                               ///< the reason why there are no drawables
 };
 
-/// Clouds, scans and paths as their layer is configured to show them.
+/// Messages other than markers as their layer is configured to show them.
 /// Content without drawables clears the layer. Frame and stamp are left to the caller. Refusals and
 /// remarks are the conversions'. Pure; never throws.
 Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config);
 Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config);
 Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& config);
+Converted<Content> toContent(const geometry_msgs::PolygonStamped& message,
+                             const LayerConfig& config);
+Converted<Content> toContent(const geometry_msgs::PoseStamped& message, const LayerConfig& config);
+Converted<Content> toContent(const geometry_msgs::PoseArray& message, const LayerConfig& config);
+Converted<Content> toContent(const geometry_msgs::PoseWithCovarianceStamped& message,
+                             const LayerConfig& config);
+Converted<Content> toContent(const nav_msgs::Odometry& message, const LayerConfig& config);
+Converted<Content> toContent(const nav_msgs::GridCells& message, const LayerConfig& config);
+Converted<Content> toContent(const sensor_msgs::Range& message, const LayerConfig& config);
+/// A grid follows its frame, whose newest transform counts, as in RViz: a map is sent once.
+Converted<Content> toContent(const nav_msgs::OccupancyGrid& message, const LayerConfig& config);
+/// `lens`: what the layer's camera_info tells; else absent.
+Converted<Content> toContent(const sensor_msgs::Image& message, const LayerConfig& config,
+                             const std::optional<calib::Lens>& lens);
 
 /// Times are ROS time in nanoseconds and must not run backwards: removeAll() first. The numbers of
 /// markers, points, waiting messages and distinct reasons are bounded. One thread at a time.

@@ -18,6 +18,9 @@ constexpr std::uint32_t kCloudQueue = 10, kMarkerQueue = 100;  // RViz's
 /// Returns the length of a queue: where the next message replaces the last one, only the newest is
 /// worth the wait.
 std::uint32_t queueOf(const LayerConfig& layer) {
+  const bool is_added =
+      layer.type == LayerType::OccupancyGrid;  // updates do not replace each other
+  if (is_added) return kCloudQueue;
   if (layer.type == LayerType::Marker || layer.type == LayerType::MarkerArray) return kMarkerQueue;
   return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;
 }
@@ -109,7 +112,7 @@ void ProjectorNode::timeArrival(const MessageType& message) {
 }
 
 template <typename MessageType>
-ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
+ros::Subscriber ProjectorNode::subscribe(std::size_t layer, const std::string& topic) {
   const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
     timeArrival(*message);
     Lap lap;
@@ -123,14 +126,23 @@ ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
   const LayerConfig& config = scene_.config().layers[layer];
-  return own_.subscribe<MessageType>(config.topic, queueOf(config), function, ros::VoidConstPtr(),
+  return own_.subscribe<MessageType>(topic, queueOf(config), function, ros::VoidConstPtr(),
                                      ros::TransportHints().tcpNoDelay());
 }
 
 void ProjectorNode::subscribeAll() {
-  for (std::size_t i = 0; i < scene_.config().layers.size(); ++i) {
-    withMessageType(scene_.config().layers[i].type, [&](auto tag) {
-      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i));
+  const std::vector<LayerConfig>& layers = scene_.config().layers;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    withMessageType(layers[i].type, [&](auto tag) {
+      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i, layers[i].topic));
+    });
+  }
+  // Behind all of the first: subscribers_[i] is of layer i.
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const std::string topic = layers[i].secondTopic();
+    if (topic.empty()) continue;
+    withSecondType(layers[i].type, [&](auto tag) {
+      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i, topic));
     });
   }
 }

@@ -74,7 +74,7 @@ class ProjectorNode {
 
  private:
   template <typename MessageType>
-  ros::Subscriber subscribe(std::size_t layer);
+  ros::Subscriber subscribe(std::size_t layer, const std::string& topic);
   void subscribeAll();
   void startDrawing();
   void endDrawing();

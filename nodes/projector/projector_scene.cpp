@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
+#include "nodes/conversion/camera_messages.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/marker_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
@@ -48,6 +50,7 @@ std::vector<UnreadMesh> UnreadMeshes::takeRead() {
 namespace {
 
 constexpr std::size_t kCloudQueue = 10;  // RViz's
+constexpr std::size_t kMostPolygons = 10'000;
 /// A viewer lower than this over a surface, in meters, sees nothing on it.
 constexpr double kLeastViewerHeight = 0.01;
 /// Velocity is measured over this much of the past, where tf has it.
@@ -58,9 +61,10 @@ constexpr std::int64_t kFarthestAheadNs = 500'000'000;
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
 
 LayerState makeLayer(const LayerConfig& config) {
-  const bool markers = config.type == LayerType::Marker || config.type == LayerType::MarkerArray;
+  const bool several = config.type == LayerType::Marker || config.type == LayerType::MarkerArray ||
+                       config.type == LayerType::PolygonArray;
   LayerState::Limits limits;
-  if (!markers) limits.waiting = kCloudQueue;
+  if (!several) limits.waiting = kCloudQueue;
   return {config.topic, config.alpha, limits};
 }
 
@@ -84,6 +88,7 @@ ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& bu
       frames_(buffer, config_.fixed_frame),
       surfaces_(config_.surfaces),
       next_(config_.layers.size(), 0),
+      memory_(config_.layers.size()),
       assets_(config_.mesh_roots),
       reading_(reading),
       offsets_(config_.projectors.size()) {
@@ -97,20 +102,7 @@ void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_ms
   layer.put(key, std::move(content), toNs(now), frames_);
 }
 
-// ------------------------------------------------------------------------- clouds, scans and paths
-void ProjectorScene::add(std::size_t layer, const sensor_msgs::PointCloud2& message,
-                         ros::Time now) {
-  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
-}
-
-void ProjectorScene::add(std::size_t layer, const sensor_msgs::LaserScan& message, ros::Time now) {
-  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
-}
-
-void ProjectorScene::add(std::size_t layer, const nav_msgs::Path& message, ros::Time now) {
-  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
-}
-
+// --------------------------------------------------------------------- messages other than markers
 void ProjectorScene::addContent(std::size_t index, const std_msgs::Header& header,
                                 Converted<Content> content, ros::Time now) {
   LayerState& layer = layers_[index];
@@ -131,6 +123,92 @@ ContentKey ProjectorScene::nextKey(std::size_t index) {
   const int count = next_[index];
   next_[index] = count == std::numeric_limits<int>::max() ? 0 : count + 1;
   return {"", config.decay_ns > 0 ? count : count % config.buffer_length};
+}
+
+void ProjectorScene::add(std::size_t index, const jsk_recognition_msgs::PolygonArray& message,
+                         ros::Time now) {
+  LayerState& layer = layers_[index];
+  frames_.forget(toNs(now));
+  layer.beginMessage();
+  const int count = static_cast<int>(std::min(message.polygons.size(), kMostPolygons));
+  if (message.polygons.size() > kMostPolygons) layer.remark("more than 10000 polygons");
+  for (int i = 0; i < count; ++i) {
+    const geometry_msgs::PolygonStamped& polygon = message.polygons[static_cast<std::size_t>(i)];
+    auto content = toContent(polygon, config_.layers[index]);
+    const std::string fault = content.value ? headerFault(polygon.header) : content.reason;
+    if (!fault.empty()) layer.drop(fault);
+    if (!fault.empty() || content.value->drawables.empty()) {
+      layer.remove({"", i});
+    } else {
+      show(layer, {"", i}, polygon.header, std::move(*content.value), now);
+    }
+  }
+  for (int i = count; i < memory_[index].polygons; ++i) layer.remove({"", i});
+  memory_[index].polygons = count;
+  if (count == 0) layer.clear({"", 0}, "an array without polygons");
+}
+
+void ProjectorScene::add(std::size_t index, const nav_msgs::Odometry& message, ros::Time now) {
+  const LayerConfig& config = config_.layers[index];
+  auto content = toContent(message, config);
+  std::optional<geometry_msgs::Pose>& last = memory_[index].odometry;
+  const auto before = last ? toPose(*last).value : std::nullopt;
+  const auto pose = toPose(message.pose.pose).value;
+  const bool is_near =
+      content.value && before && pose &&
+      (pose->translation() - before->translation()).norm() < config.position_tolerance &&
+      Eigen::AngleAxisd(before->linear().transpose() * pose->linear()).angle() <
+          config.angle_tolerance;
+  if (is_near) return layers_[index].beginMessage();
+  if (content.value) last = message.pose.pose;
+  addContent(index, message.header, std::move(content), now);
+}
+
+void ProjectorScene::add(std::size_t index, const nav_msgs::OccupancyGrid& message, ros::Time now) {
+  auto content = toContent(message, config_.layers[index]);
+  std_msgs::Header header = message.header;
+  header.stamp = ros::Time();
+  if (content.value) memory_[index].map = message;
+  addContent(index, header, std::move(content), now);
+}
+
+void ProjectorScene::add(std::size_t index, const map_msgs::OccupancyGridUpdate& message,
+                         ros::Time now) {
+  nav_msgs::OccupancyGrid& map = memory_[index].map;
+  if (map.data.empty()) return drop(index, "an update before its map");
+  if (const std::string fault = updateMap(message, map); !fault.empty()) return drop(index, fault);
+  std_msgs::Header header = map.header;
+  header.stamp = ros::Time();
+  addContent(index, header, toContent(map, config_.layers[index]), now);
+}
+
+void ProjectorScene::add(std::size_t index, const sensor_msgs::Image& message, ros::Time now) {
+  const LayerConfig& config = config_.layers[index];
+  Memory& memory = memory_[index];
+  if (!config.camera_info.empty() && !memory.lens) {
+    drop(index, "no message on " + config.camera_info + " yet");
+    memory.image = message;
+    return;
+  }
+  std_msgs::Header header = message.header;
+  if (config.camera_info.empty() && config.surface) {
+    header.frame_id = config_.surfaces[*config.surface].frame;
+    header.stamp = ros::Time();
+  }
+  addContent(index, header, toContent(message, config, memory.lens), now);
+}
+
+void ProjectorScene::add(std::size_t index, const sensor_msgs::CameraInfo& message, ros::Time now) {
+  Memory& memory = memory_[index];
+  try {
+    memory.lens = toLens(message);
+  } catch (const std::invalid_argument& error) {
+    return drop(index, error.what());
+  }
+  if (!memory.image) return;
+  const sensor_msgs::Image image = std::move(*memory.image);
+  memory.image.reset();
+  add(index, image, now);
 }
 
 // ---------------------------------------------------------------------------------------- markers
@@ -217,7 +295,11 @@ void ProjectorScene::update(ros::Time now) {
 
 void ProjectorScene::clear() {
   unread_.clear();
-  for (LayerState& layer : layers_) layer.removeAll();
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (config_.layers[i].type == LayerType::OccupancyGrid) continue;
+    layers_[i].removeAll();
+    memory_[i] = {};
+  }
   offsets_.assign(offsets_.size(), {});
 }
 

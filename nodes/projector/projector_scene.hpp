@@ -3,13 +3,8 @@
 /// Shared by projector_node and `afterglow render`. Needs no ROS master.
 #pragma once
 
-#include <nav_msgs/Path.h>
 #include <ros/time.h>
-#include <sensor_msgs/LaserScan.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <tf2/buffer_core.h>
-#include <visualization_msgs/Marker.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <cstddef>
 #include <future>
@@ -62,28 +57,6 @@ class UnreadMeshes {
   std::list<UnreadMesh> waiting_;
 };
 
-template <typename MessageType>
-struct MessageTag {
-  using Type = MessageType;
-};
-
-/// Calls `f` with the MessageTag of a layer's type.
-template <typename Function>
-void withMessageType(LayerType type, Function&& f) {
-  switch (type) {
-    case LayerType::PointCloud2:
-      return f(MessageTag<sensor_msgs::PointCloud2>());
-    case LayerType::LaserScan:
-      return f(MessageTag<sensor_msgs::LaserScan>());
-    case LayerType::Path:
-      return f(MessageTag<nav_msgs::Path>());
-    case LayerType::Marker:
-      return f(MessageTag<visualization_msgs::Marker>());
-    case LayerType::MarkerArray:
-      return f(MessageTag<visualization_msgs::MarkerArray>());
-  }
-}
-
 /// The scene of one moment. World is the configuration's fixed frame.
 struct SceneSnapshot {
   render::Scene scene;
@@ -105,11 +78,20 @@ class ProjectorScene {
   ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer,
                  MeshReading reading = MeshReading::WithMessages);
 
-  void add(std::size_t layer, const sensor_msgs::PointCloud2& message, ros::Time now);
-  void add(std::size_t layer, const sensor_msgs::LaserScan& message, ros::Time now);
-  void add(std::size_t layer, const nav_msgs::Path& message, ros::Time now);
+  template <typename MessageType>
+  void add(std::size_t layer, const MessageType& message, ros::Time now) {
+    addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
+  }
   void add(std::size_t layer, const visualization_msgs::Marker& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::MarkerArray& message, ros::Time now);
+  /// Each polygon by its own header.
+  void add(std::size_t layer, const jsk_recognition_msgs::PolygonArray& message, ros::Time now);
+  /// A pose near the one before is passed over, as in RViz.
+  void add(std::size_t layer, const nav_msgs::Odometry& message, ros::Time now);
+  void add(std::size_t layer, const nav_msgs::OccupancyGrid& message, ros::Time now);
+  void add(std::size_t layer, const map_msgs::OccupancyGridUpdate& message, ros::Time now);
+  void add(std::size_t layer, const sensor_msgs::Image& message, ros::Time now);
+  void add(std::size_t layer, const sensor_msgs::CameraInfo& message, ros::Time now);
   /// Counts a message that cannot be deserialized.
   void drop(std::size_t layer, const std::string& reason);
 
@@ -136,7 +118,8 @@ class ProjectorScene {
   std::vector<render::SurfacePatch> surfaces() const { return surfaces_.known(); }
   /// Returns true while content waits for a transform or a mesh, which may come at any time.
   bool isWaiting() const;
-  /// Forgets all content, but not the counts, because time has jumped.
+  /// Forgets all content but maps, which are sent once, and not the counts, because time has
+  /// jumped.
   void clear();
 
   std::vector<LayerStatus> status() const;
@@ -159,11 +142,21 @@ class ProjectorScene {
   std::optional<Eigen::Isometry3d> poseAt(const std::string& frame, const StampedPose& newest,
                                           std::int64_t when_ns);
 
+  /// A layer's earlier messages, which later ones need.
+  struct Memory {
+    nav_msgs::OccupancyGrid map;  ///< without cells: none has come
+    std::optional<geometry_msgs::Pose> odometry;
+    std::optional<calib::Lens> lens;
+    std::optional<sensor_msgs::Image> image;  ///< waits for the lens
+    int polygons = 0;                         ///< of the last array
+  };
+
   ProjectorConfig config_;
   FrameLookup frames_;
   SceneSurfaces surfaces_;
   std::vector<LayerState> layers_;
-  std::vector<int> next_;  ///< next keys by layer
+  std::vector<int> next_;       ///< next keys by layer
+  std::vector<Memory> memory_;  ///< by layer
   MarkerAssets assets_;
   MeshReading reading_;
   UnreadMeshes unread_;

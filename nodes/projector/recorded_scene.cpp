@@ -37,8 +37,11 @@ RecordedScene::RecordedScene(const replay::Store& store, replay::Behavior behavi
   replay::MessageRange range;
   range.topics = {kTransforms, kStaticTransforms};
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
-    layers_[config.layers[i].topic] = i;
-    range.topics.push_back(config.layers[i].topic);
+    for (const std::string& topic : {config.layers[i].topic, config.layers[i].secondTopic()}) {
+      if (topic.empty()) continue;
+      if (layers_.count(topic) == 0) range.topics.push_back(topic);
+      layers_.emplace(topic, i);
+    }
   }
   feedEarlierTransforms();
   findSurfaces();
@@ -127,7 +130,8 @@ void RecordedScene::feed(const replay::Message& message) {
     feedTransforms(message, source);
     return showWaiting(message.received);
   }
-  feedLayer(layers_.at(source.topic), message, source);
+  const auto [begin, end] = layers_.equal_range(source.topic);
+  for (auto layer = begin; layer != end; ++layer) feedLayer(layer->second, message, source);
 }
 
 /// Shows content that waits while tf2 remembers its time, however far ahead the next image is.
@@ -150,9 +154,12 @@ void RecordedScene::feedTransforms(const replay::Message& message, const replay:
 
 void RecordedScene::feedLayer(std::size_t layer, const replay::Message& message,
                               const replay::Channel& channel) {
-  withMessageType(scene_.config().layers[layer].type, [&](auto tag) {
+  const LayerConfig& config = scene_.config().layers[layer];
+  const auto feed = [&](auto tag) {
     feedLayerAs<typename decltype(tag)::Type>(layer, message, channel);
-  });
+  };
+  if (channel.topic == config.topic) return withMessageType(config.type, feed);
+  withSecondType(config.type, feed);
 }
 
 template <typename MessageType>

@@ -58,7 +58,7 @@ class RecordedScene {
   replay::Behavior behavior_;
   tf2::BufferCore transforms_;
   ProjectorScene scene_;
-  std::map<std::string, std::size_t> layers_;  ///< layers by topic
+  std::multimap<std::string, std::size_t> layers_;  ///< layers by topic, their own and second ones
   replay::KnownChannels channels_{store_};
   std::unique_ptr<replay::MessageCursor> cursor_;
   std::optional<replay::Message> next_;

@@ -17,7 +17,10 @@ bool isDrawn(const std::string& type) {
       "geometry_msgs/PoseStamped",       "geometry_msgs/PoseArray",
       "geometry_msgs/PointStamped",      "geometry_msgs/PolygonStamped",
       "geometry_msgs/Vector3Stamped",    "geometry_msgs/WrenchStamped",
-      "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped"};
+      "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped",
+      "map_msgs/OccupancyGridUpdate",    "jsk_recognition_msgs/PolygonArray",
+      "nav_msgs/Odometry",               "sensor_msgs/Range",
+      "sensor_msgs/Image"};
   return contains(kTypes, type);
 }
 

@@ -540,8 +540,10 @@ bool isTrajectoryCommand(const Channel& channel) {
 }
 
 bool isReplacing(const std::string& type) {
-  constexpr const char* kTypes[] = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
-                                    "nav_msgs/Path", "sensor_msgs/Image", "nav_msgs/OccupancyGrid"};
+  constexpr const char* kTypes[] = {
+      "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",        "nav_msgs/Path",
+      "sensor_msgs/Image",       "nav_msgs/OccupancyGrid",       "nav_msgs/GridCells",
+      "geometry_msgs/PoseArray", "geometry_msgs/PolygonStamped", "jsk_recognition_msgs/PolygonArray"};
   return contains(kTypes, type);
 }
 

@@ -5,6 +5,8 @@
 #include <control_msgs/PointHeadAction.h>
 #include <controller_manager_msgs/ListControllers.h>
 #include <gtest/gtest.h>
+#include <jsk_recognition_msgs/PolygonArray.h>
+#include <map_msgs/OccupancyGridUpdate.h>
 #include <mongodb/MongoDBLoggerAction.h>
 #include <sound_play/SoundRequest.h>
 
@@ -31,6 +33,8 @@ TEST(ForeignMessages, haveTheMd5OfTheRealOnes) {
   EXPECT_EQ(md5<PointHeadActionGoal>(), "b53a8323d0ba7b310ba17a2d3a82a6b8");
   EXPECT_EQ(md5<PointHeadActionResult>(), "1eb06eeff08fa7ea874431638cb52332");
   EXPECT_EQ(md5<PointHeadActionFeedback>(), "33c9244957176bbba97dd641119e8460");
+  EXPECT_EQ(md5<map_msgs::OccupancyGridUpdate>(), "b295be292b335c34718bd939deebe1c9");
+  EXPECT_EQ(md5<jsk_recognition_msgs::PolygonArray>(), "709b37d39871cfdbbfbd5c41cf9bc2be");
   EXPECT_EQ(md5<sound_play::SoundRequest>(), "d098ce4a040686259137ece23a625167");
   EXPECT_STREQ(ros::service_traits::md5sum<controller_manager_msgs::ListControllers>(),
                "1341feb2e63fa791f855565d0da950d8");

@@ -135,5 +135,66 @@ TEST(LayerPath, refusesKeysWithoutMeaning) {
             "file:1: unknown pose_style 'arrow' in layer 1; did you mean 'arrows'?");
 }
 
+TEST(LayerFloor, hasRVizsSizesAndColorsUnlessToldOtherwise) {
+  const LayerConfig pose = load("topic: /p, type: geometry_msgs/PoseStamped");
+  EXPECT_EQ(pose.path.poses, PathStyle::Poses::Arrows);
+  EXPECT_FLOAT_EQ(pose.path.arrow.length, 1.3f);
+  EXPECT_EQ(pose.path.arrow.shaft_diameter, 0.05f);
+  EXPECT_EQ(pose.path.arrow_color, (render::Color{1, 25 / 255.0f, 0, 1}));
+  const LayerConfig array = load("topic: /p, type: geometry_msgs/PoseArray, arrows: {length: 0.5}");
+  EXPECT_EQ(array.path.poses, PathStyle::Poses::FlatArrows);
+  EXPECT_EQ(array.path.flat_arrow_length, 0.5f);
+  EXPECT_EQ(load("topic: /m, type: nav_msgs/OccupancyGrid").alpha, 0.7f);
+  EXPECT_EQ(load("topic: /r, type: sensor_msgs/Range").alpha, 0.5f);
+  EXPECT_EQ(load("topic: /o, type: nav_msgs/Odometry").buffer_length, 100);
+}
+
+TEST(LayerFloor, isToldByRVizsOptions) {
+  EXPECT_EQ(load("topic: /m, type: nav_msgs/OccupancyGrid, color_scheme: costmap").color_scheme,
+            ColorScheme::Costmap);
+  EXPECT_EQ(load("topic: /m, type: nav_msgs/OccupancyGrid").secondTopic(), "/m_updates");
+  EXPECT_TRUE(load("topic: /f, type: geometry_msgs/PolygonStamped, style: filled").filled);
+  const std::string odometry = "topic: /o, type: nav_msgs/Odometry, ";
+  const LayerConfig trail = load(odometry +
+                                 "keep: 5, position_tolerance: 1, angle_tolerance: 0.5, "
+                                 "shape: axes, axes: {length: 0.2}, covariance: "
+                                 "{position: {scale: 2, alpha: 1}, orientation: false}");
+  EXPECT_EQ(trail.buffer_length, 5);
+  EXPECT_EQ(trail.position_tolerance, 1);
+  EXPECT_EQ(trail.path.poses, PathStyle::Poses::Axes);
+  EXPECT_EQ(trail.covariance.position_scale, 2);
+  EXPECT_EQ(trail.covariance.position_color.a, 1);
+  EXPECT_TRUE(trail.covariance.has_position);
+  EXPECT_FALSE(trail.covariance.has_orientation);
+  EXPECT_FALSE(load(odometry + "covariance: false").covariance.has_position);
+  const LayerConfig image =
+      load("topic: /i, type: sensor_msgs/Image, camera_info: /info, distance: 2");
+  EXPECT_EQ(image.secondTopic(), "/info");
+  EXPECT_EQ(image.image.distance, 2);
+}
+
+TEST(LayerFloor, refusesKeysWithoutMeaning) {
+  EXPECT_EQ(fault("topic: /m, type: nav_msgs/OccupancyGrid, color: [1, 2, 3]"),
+            "file:1: 'color' in layer 1 has no meaning for nav_msgs/OccupancyGrid");
+  EXPECT_EQ(fault(kPath + "shape: axes"),
+            "file:1: 'shape' in layer 1 has no meaning for nav_msgs/Path");
+  EXPECT_EQ(fault("topic: /f, type: geometry_msgs/PolygonStamped, style: filled, size: 1"),
+            "file:1: 'size' in layer 1 has no meaning with style filled");
+  EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseStamped, shape: flat_arrow"),
+            "file:1: unknown shape 'flat_arrow' in layer 1; did you mean 'arrow'?");
+  EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseStamped, axes: {length: 1}"),
+            "file:1: 'axes' in layer 1 has no meaning without shape axes");
+  EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseArray, shape: arrow, size: 1"),
+            "file:1: 'size' in layer 1 has no meaning without shape flat_arrow");
+  EXPECT_EQ(fault("topic: /i, type: sensor_msgs/Image, camera_info: /info, size: 2"),
+            "file:1: 'size' in layer 1 has no meaning with camera_info");
+  EXPECT_EQ(fault("topic: /i, type: sensor_msgs/Image, distance: 2"),
+            "file:1: 'distance' in layer 1 has no meaning without camera_info");
+  EXPECT_EQ(fault("topic: /i, type: sensor_msgs/Image, camera_info: info"),
+            "file:1: 'camera_info' of layer 1 is a topic: it should begin with '/'");
+  EXPECT_EQ(fault("topic: /o, type: nav_msgs/Odometry, keep: 0"),
+            "file:1: 'keep' of layer 1 should be a number from 1 to 1000, not '0'");
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::layer_config_test

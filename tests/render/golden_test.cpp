@@ -1,56 +1,13 @@
 // Small images that were looked at and are kept in goldens/: what is drawn stays what it was.
-// AFTERGLOW_UPDATE_GOLDENS=1 writes them anew; look at them before they are committed. Of a failure
-// the image, and the difference times 8, are left in the folder for temporary files.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
-#include "render/compose/light_composer.hpp"
-#include "render/paint/cpu_drawer.hpp"
-#include "tests/support/optics.hpp"
+#include "tests/support/golden.hpp"
 
 namespace afterglow::render::golden_test {
 namespace {
 
-constexpr int kWidth = 160, kHeight = 120;
-constexpr double kLargest =
-    16;  // of 255, at an edge: another compiler may round a vertex elsewhere
-constexpr double kMean = 0.05;
-
-cv::Mat painted(const Scene& scene) {
-  const calib::Lens lens =
-      test::lens(kWidth, kHeight, 140, 79.5, 59.5, {-0.15, 0.03, 0.001, -0.001, 0});
-  LightComposer composer(lens);
-  Image image;
-  image.rgb.resize(std::size_t{3} * kWidth * kHeight);
-  CpuDrawer(lens).draw(composer.compose(scene, {}), image);
-  cv::Mat bgr;
-  cv::cvtColor(cv::Mat(kHeight, kWidth, CV_8UC3, image.rgb.data()), bgr, cv::COLOR_RGB2BGR);
-  return bgr;
-}
-
 void expectGolden(const std::string& name, const Scene& scene) {
-  const std::string path = "tests/render/goldens/" + name + ".png";
-  const cv::Mat image = painted(scene);
-  if (std::getenv("AFTERGLOW_UPDATE_GOLDENS") != nullptr) cv::imwrite(path, image);
-  const cv::Mat golden = cv::imread(path, cv::IMREAD_COLOR);
-  ASSERT_EQ(golden.size(), image.size()) << path;
-  cv::Mat difference;
-  cv::absdiff(image, golden, difference);
-  double largest = 0;
-  cv::minMaxLoc(difference.reshape(1), nullptr, &largest);
-  const cv::Scalar means = cv::mean(difference);
-  const double mean = (means[0] + means[1] + means[2]) / 3;
-  EXPECT_LE(largest, kLargest) << name;
-  EXPECT_LE(mean, kMean) << name;
-  if (largest <= kLargest && mean <= kMean) return;
-  const auto folder = std::filesystem::temp_directory_path();
-  cv::imwrite((folder / (name + "_is.png")).string(), image);
-  cv::imwrite((folder / (name + "_difference.png")).string(), difference * 8);
+  test::expectGolden("tests/render/goldens/" + name + ".png", scene);
 }
 
 Rigid<World, World> at(int column, int row, double angle = 0.8) {

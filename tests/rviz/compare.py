@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Every marker type, cloud style and path style as RViz draws it and as projector_node does.
+"""Every marker type, cloud style, path style and other layer as RViz draws it and as projector_node does.
 
 compare.py OUT [--bin build/bin] [--only NAME]    OUT/sheet.png: pairs, RViz left, ours right; OUT/NAME.png: one pair
 
@@ -18,7 +18,8 @@ WIDTH, HEIGHT = 640, 480
 EYE, PITCH = (-1.8, 0.0, 1.0), 0.45
 LIT = 20  # of 255; less is black
 # RViz shades these, so that only what is lit at all can be compared; of the others every pixel's brightness is.
-SHADED = ("arrow", "cube", "sphere", "cylinder", "mesh", "cloud_spheres", "cloud_boxes", "path_axes", "path_arrows")
+SHADED = ("arrow", "cube", "sphere", "cylinder", "mesh", "cloud_spheres", "cloud_boxes", "path_axes", "path_arrows",
+          "pose", "odometry", "range")
 
 
 # ------------------------------------------------------------------------------------------------ what is shown
@@ -161,6 +162,81 @@ def path():
     return message
 
 
+def stamped(message, **fields):
+    message.header.frame_id = "map"
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return message
+
+
+def pose(x=0.0, y=0.0, yaw=0.6):
+    import math
+    from geometry_msgs.msg import Pose
+    message = Pose()
+    message.position.x, message.position.y = x, y
+    message.orientation.z, message.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return message
+
+
+def spread(message, at):
+    message.pose.pose = at
+    message.pose.covariance = [0.0] * 36
+    for i, value in ((0, 0.09), (1, 0.03), (6, 0.03), (7, 0.04), (35, 0.04)):
+        message.pose.covariance[i] = value
+    return message
+
+
+def grid(value=None):
+    from nav_msgs.msg import OccupancyGrid
+    message = stamped(OccupancyGrid())
+    message.info.width = message.info.height = 12
+    message.info.resolution, message.info.origin = 0.08, pose(-0.5, -0.5, 0.2)
+    message.data = [-1] * 12 + list(range(100)) + [-1] * 18 + [100, 120, -50] + [-1] * 11
+    if value is not None:
+        message.data = [value] * 144
+    return message
+
+
+def others():
+    """name -> (RViz's class and properties, our type and keys, what to show, what erases it); poses are moved away"""
+    from geometry_msgs.msg import Point, Point32, PolygonStamped, PoseArray, PoseStamped, PoseWithCovarianceStamped
+    from nav_msgs.msg import GridCells, Odometry
+    from sensor_msgs.msg import Range
+    away, here = pose(-100), pose()
+    polygon = stamped(PolygonStamped())
+    polygon.polygon.points = [Point32(*p) for p in CORNERS]
+    cells = [Point(0.2 * (i % 4) + 0.05 * (i // 4), 0.1 * (i // 4), 0) for i in range(12)]
+    several = [pose(-0.3 + 0.2 * i, -0.4 + 0.2 * i, 0.8 * i) for i in range(5)]
+    ranging = dict(field_of_view=0.6, min_range=0.1, max_range=3)
+    items = {
+        "polygon": ("Polygon", {}, "geometry_msgs/PolygonStamped", {"style": "lines"}, polygon,
+                    stamped(PolygonStamped())),
+        "pose_arrow": ("Pose", {"Shape": "Arrow"}, "geometry_msgs/PoseStamped", {}, stamped(PoseStamped(), pose=here),
+                       stamped(PoseStamped(), pose=away)),
+        "pose_axes": ("Pose", {"Shape": "Axes"}, "geometry_msgs/PoseStamped", {"shape": "axes"},
+                      stamped(PoseStamped(), pose=here), stamped(PoseStamped(), pose=away)),
+        "flat_arrows": ("PoseArray", {"Shape": "Arrow (Flat)"}, "geometry_msgs/PoseArray", {"style": "lines"},
+                        stamped(PoseArray(), poses=several), stamped(PoseArray())),
+        "poses_arrow": ("PoseArray", {"Shape": "Arrow (3D)"}, "geometry_msgs/PoseArray", {"shape": "arrow"},
+                        stamped(PoseArray(), poses=several), stamped(PoseArray())),
+        "poses_axes": ("PoseArray", {"Shape": "Axes"}, "geometry_msgs/PoseArray", {"shape": "axes"},
+                       stamped(PoseArray(), poses=several), stamped(PoseArray())),
+        "pose_with_covariance": ("PoseWithCovariance", {}, "geometry_msgs/PoseWithCovarianceStamped", {},
+                                 spread(stamped(PoseWithCovarianceStamped()), here),
+                                 spread(stamped(PoseWithCovarianceStamped()), away)),
+        "odometry": ("Odometry", {"Keep": 1}, "nav_msgs/Odometry", {"keep": 1}, spread(stamped(Odometry()), here),
+                     spread(stamped(Odometry()), away)),
+        "grid_cells": ("GridCells", {}, "nav_msgs/GridCells", {},
+                       stamped(GridCells(), cells=cells, cell_width=0.2, cell_height=0.1), stamped(GridCells())),
+        "range": ("Range", {}, "sensor_msgs/Range", {}, stamped(Range(), range=1.2, **ranging),
+                  stamped(Range(), range=5, **ranging)),
+    }
+    for scheme, black in (("map", 100), ("costmap", 0), ("raw", 0)):
+        items["grid_" + scheme] = ("Map", {"Color Scheme": scheme, "Alpha": 0.7}, "nav_msgs/OccupancyGrid",
+                                   {"color_scheme": scheme}, grid(), grid(black))
+    return items
+
+
 # ---------------------------------------------------------------------------------------------- how it is configured
 def rviz_displays():
     displays = [{"Class": "rviz/MarkerArray", "Name": "markers", "Enabled": True, "Value": True, "Queue Size": 100,
@@ -180,6 +256,9 @@ def rviz_displays():
             "Buffer Length": 1, "Color": "25; 255; 0", "Line Style": line, "Line Width": 0.03, "Pose Style": pose,
             "Pose Color": "255; 85; 255", "Length": 0.3, "Radius": 0.03, "Shaft Length": 0.1, "Head Length": 0.2,
             "Shaft Diameter": 0.1, "Head Diameter": 0.3})
+    for name, (kind, properties, *_) in others().items():
+        displays.append({"Class": "rviz/" + kind, "Name": name, "Enabled": True, "Value": True, "Topic": "/" + name,
+                         **properties})
     return displays
 
 
@@ -190,6 +269,8 @@ def our_layers():
                        "size": size})
     for name, (_, _, keys) in PATHS.items():
         layers.append({"topic": "/" + name, "type": "nav_msgs/Path", "color": [25, 255, 0], **keys})
+    for name, (_, _, kind, keys, *_) in others().items():
+        layers.append({"topic": "/" + name, "type": kind, **keys})
     return layers
 
 
@@ -270,6 +351,8 @@ def items(out):
     nothing.header.frame_id = "map"
     for name in PATHS:
         yield name, "/" + name, line, nothing
+    for name, (*_, shown, eraser) in others().items():
+        yield name, "/" + name, shown, eraser
 
 
 def main():

@@ -17,6 +17,7 @@ PROGRAMS = {"rviz": "rviz", "Xvfb": "xvfb", "import": "imagemagick", "rosmaster"
 MODULES = {"rospy": "python3-rospy", "cv2": "python3-opencv", "numpy": "python3-numpy", "yaml": "python3-yaml",
            "tf2_msgs": "python3-tf2-msgs", "visualization_msgs": "python3-visualization-msgs",
            "sensor_msgs": "python3-sensor-msgs", "nav_msgs": "python3-nav-msgs",
+           "geometry_msgs": "python3-geometry-msgs",
            "diagnostic_msgs": "python3-diagnostic-msgs"}
 FIELD_OF_VIEW = math.pi / 4  # vertical; RViz's
 
