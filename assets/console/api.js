@@ -43,10 +43,15 @@ export async function get(path, query = {}, signal = undefined) {
   return (await ask(withQuery(path, query), {signal})).json();
 }
 
-/** An image of a GET, and `dark`: what it does not show, and why, a line each. */
+/**
+ * An image of a GET; `dark`: what it does not show, and why, a line each; `moment`: when it is, seconds, null where a
+ * lit one was wanted and there is none.
+ */
 export async function getPicture(path, query = {}, signal = undefined) {
   const answer = await ask(withQuery(path, query), {signal});
-  return {image: await answer.blob(), dark: JSON.parse(answer.headers.get('Afterglow-Dark') || '[]')};
+  const moment = answer.headers.get('Afterglow-Moment');
+  return {image: await answer.blob(), dark: JSON.parse(answer.headers.get('Afterglow-Dark') || '[]'),
+    moment: moment ? Number(moment) : null};
 }
 
 /** JSON of a POST. `lasting`: is sent even while the page is being closed. */

@@ -6,7 +6,9 @@ import {andMore, count, duration, folded, localTime, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
 import {KeyMoments, noPictures, Pictures} from './pictures.js';
+import {Sound} from './sound.js';
 import {Story} from './story.js';
+import {firstLight} from './thumbnails.js';
 import {Transport} from './transport.js';
 import {Values} from './values.js';
 
@@ -50,18 +52,22 @@ export class BehaviorView {
     this.closeParts();
     this.behavior = one;
     document.title = `${one.name} #${one.id} · Afterglow`;
-    const moment = this.moment = new Moment(one.duration || 0, Number(this.route.now.params.t) || 0);
+    const {params} = this.route.now;
+    const moment = this.moment = new Moment(one.duration || 0, Number(params.t) || 0);
+    this.look(params);
     const story = this.story = new Story(one.story || [], moment);
     const why = this.shell.whyNoPictures;
-    const pictures = why ? null : new Pictures(one.id, moment);
+    const lit = why || params.t !== undefined ? null : this.findLight(one.id, moment);
+    const pictures = why ? null : new Pictures(one.id, moment, lit);
+    const sound = new Sound(one.id, one.said || [], moment);
     const lanes = new Lanes(one.lanes || [], one.said, moment, {label: `Moment of ${one.name}`,
       onTopic: (topic) => this.choose(topic)});
     const values = new Values(one.id, one.lanes || [], moment, (topic) => this.choose(topic));
     const keys = why ? null : new KeyMoments(one.id, one.key_moments || [], moment);
     this.lanes = lanes;
     this.values = values;
-    this.transport = new Transport(moment, story);
-    this.parts = [moment, pictures, lanes, values, keys].filter(Boolean);
+    this.transport = new Transport(moment, story, sound);
+    this.parts = [moment, sound, pictures, lanes, values, keys].filter(Boolean);
     refill(this.place,
       element('header', {}, element('div', {}, heading(one), this.labels(one)), this.actions(one)),
       this.remarks(one), pictures ? pictures.place : noPictures(why), this.transport.place, lanes.place,
@@ -69,6 +75,22 @@ export class BehaviorView {
       keys?.place, this.parameters(one), this.relatives(one));
     this.choose(this.route.now.params.topic || one.lanes?.[0]?.topic);
     moment.follow((seconds) => this.keep(seconds));
+    moment.followRange(({from, to}) => this.route.keep(moment.isWhole ? {from: undefined, to: undefined} :
+      {from: from.toFixed(2), to: to.toFixed(2)}));
+  }
+
+  /** Whoever came without a moment sees the first that is lit, unless they have moved meanwhile. */
+  async findLight(id, moment) {
+    try {
+      const {moment: lit} = await firstLight(id, this.abort.signal);
+      if (lit && moment.seconds === 0 && !moment.isPlaying) moment.set(lit);
+    } catch { /* the pictures say why there are none */ }
+  }
+
+  /** The part of the time that the address names. */
+  look({from, to}) {
+    const range = {from: Number(from), to: Number(to)};
+    this.moment.setRange(Number.isFinite(range.from) && Number.isFinite(range.to) ? range : null);
   }
 
   labels(one) {
@@ -81,10 +103,22 @@ export class BehaviorView {
     const {hasRobot} = this.shell;
     return element('div', {class: 'actions'},
       hasRobot && element('a', {class: 'button main-action', href: this.route.to('replay', [one.id])}, 'Replay…'),
+      button('Copy link', () => this.copyLink(), {title: 'A link to this moment'}),
       button('Compare with…', () => this.shell.chooseFor(one), {id: 'compare'}),
       element('a', {class: 'button', href: `/api/behaviors/${one.id}/file`,
         download: `behavior_${one.id}.html`, title: 'One file with story and pictures, to mail to somebody'},
       'Share as a file'));
+  }
+
+  /** Browsers give the clipboard only to pages that are encrypted, or of this machine. */
+  async copyLink() {
+    this.tellAddress();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.shell.notice.tell('A link to this moment was copied.');
+    } catch {
+      this.shell.notice.tell(`The link to this moment: ${location.href}`);
+    }
   }
 
   /** What the recorder has to say of it, and what people noted. */
@@ -129,17 +163,23 @@ export class BehaviorView {
 
   /** The address tells the moment, but not sixty times a second: browsers refuse that. */
   keep(seconds) {
+    if (this.latest === undefined && seconds === 0) return;  // nobody has moved it yet
     this.latest = seconds;
     if (this.keeping) return;
-    this.keeping = setTimeout(() => {
-      this.keeping = null;
-      this.route.keep({t: this.latest ? this.latest.toFixed(2) : undefined});
-    }, KEEP_MS);
+    this.keeping = setTimeout(() => this.tellAddress(), KEEP_MS);
   }
 
-  /** Search or moment in the address have changed. */
+  tellAddress() {
+    clearTimeout(this.keeping);
+    this.keeping = null;
+    this.route.keep({t: this.latest === undefined ? undefined : this.latest.toFixed(2)});
+  }
+
+  /** Search, moment or range in the address have changed. */
   follow(now) {
-    if (this.moment && now.params.t !== undefined) this.moment.set(Number(now.params.t) || 0);
+    if (!this.moment) return;
+    this.look(now.params);
+    if (now.params.t !== undefined) this.moment.set(Number(now.params.t) || 0);
   }
 
   closeParts() {

@@ -6,21 +6,16 @@
 import {post} from './api.js';
 import {button, drawn, element, put, refill} from './dom.js';
 import {andMore, count, folded} from './format.js';
+import {LiveImage} from './live_image.js';
 import {Question} from './question.js';
 
 const COMMANDS = {start: 'Begin', take: 'Take a view now', discard_last: 'Forget the last view',
   solve: 'Calculate now', stop: 'Stop'};
 const ANEW = 'Begin anew';
 const CELL = 20;
-const PHASES = {
-  idle: 'Not started',
-  waiting: 'Waiting for the camera',
-  collecting: 'Taking views',
-  solving: 'Calculating',
-  verifying: 'Checking the light',
-  timing: 'Measuring the delay',
-  done: 'Done'
-};
+const LOOKS = {'#': 'on', '+': 'next'};
+const PHASES = {idle: 'Not started', waiting: 'Waiting for the camera', collecting: 'Taking views',
+  solving: 'Calculating', verifying: 'Checking the light', timing: 'Measuring the delay', done: 'Done'};
 
 /** What a command would destroy now, in words; nothing for one that destroys nothing. */
 function loses(command, {phase, views, held_out_mm: error}) {
@@ -36,12 +31,12 @@ function loses(command, {phase, views, held_out_mm: error}) {
   return command === 'discard_last' && views ? `The last of ${count(views, 'view')} is deleted.` : '';
 }
 
-/** The projector's picture: which parts have been lit on a board. */
+/** The projector's picture: which parts have been lit on a board, and where to hold it next. */
 function litPicture(rows, share) {
   const width = Math.max(...rows.map((row) => row.length), 1);
   return drawn('svg', {class: 'lit', viewBox: `0 0 ${width * CELL} ${rows.length * CELL}`, role: 'img',
     'aria-label': `The projector's picture: ${Math.round(100 * share)} % of it has been on the board`},
-  rows.flatMap((row, y) => [...row].map((cell, x) => drawn('rect', {class: cell === '#' ? 'on' : 'off',
+  rows.flatMap((row, y) => [...row].map((cell, x) => drawn('rect', {class: LOOKS[cell] || 'off',
     x: x * CELL + 1, y: y * CELL + 1, width: CELL - 2, height: CELL - 2, rx: 3}))));
 }
 
@@ -60,6 +55,8 @@ export class CalibrateView {
     this.progress = element('progress', {max: 1, value: 0, 'aria-label': 'Views that have been taken'});
     this.figures = element('p', {class: 'soft figures'});
     this.lit = element('div', {});
+    this.camera = new LiveImage('/api/camera', 'What the camera sees now');
+    this.next = element('p', {class: 'soft'});
     this.result = element('div', {'aria-live': 'polite'});
     this.said = element('ol', {class: 'said-before'});
     this.buttons = Object.fromEntries(Object.entries(COMMANDS).map(([command, words]) => [command,
@@ -68,12 +65,17 @@ export class CalibrateView {
     this.question = new Question();
     this.work = element('div', {}, this.advice, this.problem, this.progress, this.figures, this.result,
       element('div', {class: 'bar commands'}, Object.values(this.buttons)), this.question.place,
-      element('section', {}, element('h2', {}, 'Where the board has been'), this.lit),
+      element('div', {class: 'columns'},
+        element('section', {}, element('h2', {}, 'What the camera sees'), this.camera.place),
+        element('section', {}, element('h2', {}, 'Where the board has been'), this.lit, this.next)),
       element('section', {}, element('h2', {}, 'Said before'), this.said));
     this.absent = element('p', {class: 'note'}, 'No calibrator is running: start calibrate.launch, with the board ' +
       'that was printed and a folder for the result.');
     put(this.place, this.absent, this.work);
-    this.unfollow = shell.robot.follow((state, isHeard) => this.show(isHeard ? state?.calibrator : null));
+    this.unfollow = shell.robot.follow((state, isHeard) => {
+      this.camera.heard(isHeard ? state?.calibrator?.image : null);
+      this.show(isHeard ? state?.calibrator : null);
+    });
   }
 
   pressed(command) {
@@ -107,6 +109,9 @@ export class CalibrateView {
       state.discarded && `${state.discarded} discarded`, `${Math.round(100 * coverage)} % of the picture`]
       .filter(Boolean).join(' · ');
     refill(this.lit, state.lit?.length ? litPicture(state.lit, coverage) : null);
+    const hasNext = state.lit?.some((row) => row.includes('+'));
+    this.next.textContent = hasNext ? 'The outlined part of the light has hardly been on a board: hold it there next.' :
+      '';
     refill(this.result, Number.isFinite(state.held_out_mm) ? element('div', {class: 'result-box'},
       element('p', {}, 'On views that were left out, the light was ',
         element('strong', {}, `${state.held_out_mm.toFixed(2)} mm`), ' from its place.'),
@@ -128,5 +133,6 @@ export class CalibrateView {
 
   close() {
     this.unfollow?.();
+    this.camera?.close();
   }
 }

@@ -66,5 +66,5 @@ export function table(caption, columns, rows, numeric = []) {
       element('thead', {}, element('tr', {}, columns.map(
         (name, at) => element('th', {scope: 'col', class: kind(at)}, name)))),
       element('tbody', {}, rows.map((row) => element('tr', {class: row.class}, row.cells.map(
-        (cell, at) => element('td', {class: kind(at)}, cell)))))));
+        (cell, at) => element('td', {class: kind(at), 'data-label': columns[at]}, cell)))))));
 }

@@ -3,6 +3,7 @@
 import {get} from './api.js';
 import {button, element, put, refill} from './dom.js';
 import {count, duration, friendlyTime, localTime} from './format.js';
+import {Thumbnails} from './thumbnails.js';
 import {VirtualList} from './virtual_list.js';
 
 const ROW_HEIGHT = 68;  // px, as style.css has it
@@ -18,6 +19,7 @@ export class Finder {
     this.asked = null;
     this.today = '';
     this.compareWith = null;
+    this.thumbnails = new Thumbnails();
     this.input = element('input', {type: 'search', id: 'search', placeholder: 'Search: pick, dropped, gear…',
       autocomplete: 'off', spellcheck: 'false', 'aria-describedby': 'matching',
       on: {input: () => route.search({q: this.input.value}), keydown: (event) => this.pressed(event)}});
@@ -58,6 +60,7 @@ export class Finder {
   /** What the store holds has been told, or has changed. */
   about(about) {
     this.today = about.today;
+    this.thumbnails.turn(about.can_render !== false);
     this.list.refresh();
     refill(this.names, Object.entries(about.names || {}).map(
       ([name, many]) => element('option', {value: name}, `${name} (${many})`)));
@@ -153,15 +156,15 @@ export class Finder {
     if (shown) row.setAttribute('aria-current', 'page');
     else row.removeAttribute('aria-current');
     const said = (one.said || [])[0];
-    refill(row,
+    refill(row, this.thumbnails.of(one), element('span', {class: 'told'},
       element('span', {class: 'line'}, element('b', {class: 'name'}, one.name),
         element('span', {class: `pill ${one.look}`}, one.outcome || 'open')),
       element('span', {class: 'line soft'},
-        `${friendlyTime(localTime(one), this.today)} · ${duration(one.duration)}`,
-        one.attempt > 1 && ` · attempt ${one.attempt}`,
+        element('span', {class: 'when'}, `${friendlyTime(localTime(one), this.today)} · ${duration(one.duration)}`,
+          one.attempt > 1 && ` · attempt ${one.attempt}`),
         element('span', {class: 'id'}, `#${one.id}`)),
       element('span', {class: 'line quote'},
-        said ? `“${said}”` : (one.tags || []).join(', ') || one.tree_path || ''));
+        said ? `“${said}”` : (one.tags || []).join(', ') || one.tree_path || '')));
   }
 
   pressed(event) {

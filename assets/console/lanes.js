@@ -6,7 +6,7 @@
 import {button, drawn, element, put, refill} from './dom.js';
 import {count, duration, folded, offset, tickStep, withoutNumbers} from './format.js';
 
-const HEIGHT = 28;  // px of a lane, as style.css has it
+const BAR = 28;  // px that what is drawn of a lane takes; a lane is as high, or higher, as style.css has it
 const AXIS = 24;
 const STEP = 0.1;  // s, an arrow key
 const LETTER = 7;  // px, about
@@ -43,11 +43,14 @@ export class Lanes {
     this.topics = element('div', {class: 'topics'});
     this.plot = element('div', {class: 'plot'});
     this.head = drawn('line', {class: 'playhead'});
+    this.span = drawn('rect', {class: 'chosen-range', y: 0, width: 0});
+    this.from = this.wanted = null;
     this.slider = element('div', {class: 'scrub', role: 'slider', tabindex: 0, 'aria-label': label,
       'aria-valuemin': 0, 'aria-valuemax': moment.length.toFixed(2), on: {
         keydown: (event) => this.pressed(event),
         pointerdown: (event) => this.grabbed(event),
-        pointermove: (event) => this.dragged(event)}}, this.plot);
+        pointermove: (event) => this.dragged(event), pointerup: () => this.dropped(),
+        dblclick: () => moment.setRange(null)}}, this.plot);
     this.place = element('div', {class: 'lanes'}, this.topics, this.slider);
     this.chosen = null;
     const rest = this.all.length - this.lanes.length;
@@ -59,6 +62,7 @@ export class Lanes {
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.plot);
     moment.follow((seconds) => this.stand(seconds));
+    moment.followRange(() => this.draw());
   }
 
   /** The topics of the recording, too, which the behavior did not ask for itself. */
@@ -100,16 +104,19 @@ export class Lanes {
   }
 
   x(seconds) {
-    return this.moment.length > 0 ? (seconds / this.moment.length) * this.width : 0;
+    const {from, to} = this.moment.range;
+    return to > from ? ((seconds - from) / (to - from)) * this.width : 0;
   }
 
   draw() {
     this.width = this.plot.clientWidth;
     if (this.width < 10) return;
-    const height = AXIS + this.lanes.length * HEIGHT;
+    this.high = this.topics.querySelector('.topic')?.offsetHeight || BAR;
+    const height = AXIS + this.lanes.length * this.high;
     const ticks = [];
-    const step = tickStep(this.moment.length, this.width);
-    for (let at = 0; at <= this.moment.length; at += step) {
+    const {from, to} = this.moment.range;
+    const step = tickStep(to - from, this.width);
+    for (let at = Math.ceil(from / step) * step; at <= to; at += step) {
       const x = this.x(at);
       ticks.push(drawn('line', {class: 'tick', x1: x, x2: x, y1: 18, y2: height}));
       if (x < this.width - 30) {
@@ -118,16 +125,18 @@ export class Lanes {
       }
     }
     this.head.setAttribute('y2', height);
+    this.span.setAttribute('height', height);
     refill(this.plot, drawn('svg', {width: this.width, height, viewBox: `0 0 ${this.width} ${height}`,
-      'aria-hidden': 'true'}, ticks, this.lanes.map((lane, at) => this.lane(lane, AXIS + at * HEIGHT)),
-    this.head));
+      'aria-hidden': 'true'}, ticks, this.lanes.map((lane, at) => this.lane(lane, AXIS + at * this.high)),
+    this.span, this.head));
     this.stand(this.moment.seconds);
   }
 
   lane(lane, y) {
-    const group = drawn('g', {class: `lane ${lane.role}`, transform: `translate(0 ${y})`},
-      drawn('line', {class: 'rule', x1: 0, x2: this.width, y1: HEIGHT, y2: HEIGHT}));
-    const goals = lane.spans || [];
+    const group = drawn('g', {class: `lane ${lane.role}`, transform: `translate(0 ${y + (this.high - BAR) / 2})`},
+      drawn('line', {class: 'rule', x1: 0, x2: this.width, y1: (this.high + BAR) / 2, y2: (this.high + BAR) / 2}));
+    const {from, to} = this.moment.range;
+    const goals = (lane.spans || []).filter((span) => span.from <= to && this.end(span) >= from);
     if (lane.role === 'speech' && this.said.length) return put(group, this.speech());
     if (lane.marks?.length) {
       const tall = goals.length ? '20v5' : '7v14';
@@ -140,9 +149,9 @@ export class Lanes {
 
   /** Goals that ended alike: each where it was, with one name for them all, which may stand beside them. */
   goals({first, last, times, all}, next) {
-    const from = this.x(first.from);
+    const from = Math.max(this.x(first.from), 0);
     const room = (next ? this.x(next.first.from) : this.width) - from - 8;
-    const inside = this.x(this.end(last)) - from - 8;
+    const inside = Math.min(this.x(this.end(last)), this.width) - from - 8;
     const ended = first.outcome || 'no result';
     const short = times > 1 ? count(times, 'goal') : first.text.split(':')[0];
     const words = times > 1 ? `${short}: ${ended}` : first.text;
@@ -167,9 +176,11 @@ export class Lanes {
   }
 
   speech() {
-    const runs = folded(this.said, ({text}) => text);
+    const {from: begin} = this.moment.range;
+    const runs = folded(this.said, ({text}) => text)
+      .filter((_, at, all) => at + 1 === all.length || all[at + 1].first.t > begin);
     return runs.map(({first, times, all}, at) => {
-      const from = this.x(first.t);
+      const from = Math.max(this.x(first.t), 0);
       const room = (at + 1 < runs.length ? this.x(runs[at + 1].first.t) : this.width) - from;
       const words = times > 1 ? `${count(times, 'time')}: ${first.text}` : first.text;
       return drawn('g', {class: 'saying'}, drawn('title', {}, words),
@@ -204,13 +215,33 @@ export class Lanes {
     if (event.button !== 0) return;
     this.slider.setPointerCapture(event.pointerId);
     this.moment.pause();
+    const {from, to} = this.moment.range;
+    const share = (event.clientX - this.plot.getBoundingClientRect().left) / this.width;
+    this.from = event.shiftKey ? from + share * (to - from) : null;
     this.dragged(event);
   }
 
   dragged(event) {
     if (!(event.buttons & 1) || !this.width) return;
     const left = this.plot.getBoundingClientRect().left;
-    this.moment.set(((event.clientX - left) / this.width) * this.moment.length);
+    const {from, to} = this.moment.range;
+    const seconds = from + Math.min(Math.max((event.clientX - left) / this.width, 0), 1) * (to - from);
+    if (this.from === null) this.moment.set(seconds);
+    else this.choosing(this.from, seconds);
+  }
+
+  /** With Shift, dragging chooses a range. */
+  choosing(a, b) {
+    this.wanted = {from: Math.min(a, b), to: Math.max(a, b)};
+    this.span.setAttribute('x', this.x(this.wanted.from));
+    this.span.setAttribute('width', this.x(this.wanted.to) - this.x(this.wanted.from));
+  }
+
+  dropped() {
+    const {wanted} = this;
+    this.from = this.wanted = null;
+    this.span.setAttribute('width', 0);
+    if (wanted) this.moment.setRange(wanted);
   }
 
   close() {

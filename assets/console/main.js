@@ -60,8 +60,17 @@ class Shell {
       this.notice.warn(problem.message);
       if (!problem.status) return;  // connection asks again
     }
+    if (location.hash === '') await this.openNewest();
     this.isReady = true;
     this.follow(this.route.now);
+  }
+
+  /** Whoever comes without an address sees what was recorded last; #/ is the overview. */
+  async openNewest() {
+    try {
+      const {behaviors: [newest]} = await get('/api/behaviors', {limit: 1});
+      if (newest) this.route.replace('behavior', [newest.id]);
+    } catch { /* the list says why */ }
   }
 
   about(about) {
@@ -76,7 +85,7 @@ class Shell {
     if (about.has_robot && !this.robot) {
       this.robot = new Robot();
       this.robot.onGrowth(() => this.lookAgain());
-      new StopBar(at('stop-bar'), this.robot, this.notice);
+      this.stopBar = new StopBar(at('stop-bar'), this.robot, this.notice);
       for (const view of ['live', 'calibrate']) document.querySelector(`nav [data-view=${view}]`).hidden = false;
     }
   }
@@ -167,6 +176,11 @@ class Shell {
       j: beside(1),
       k: beside(-1),
       ' ': () => (this.view?.transport ? this.view.transport.toggled() : false),
+      '+': () => this.withMoment((now) => now.zoom(2)),
+      '-': () => this.withMoment((now) => now.zoom(0.5)),
+      0: () => this.withMoment((now) => now.setRange(null)),
+      m: () => (this.view?.transport?.voice ? this.view.transport.turn() : false),
+      l: () => (this.view?.copyLink ? void this.view.copyLink() : false),
       ArrowLeft: stepBy(-0.1),
       ArrowRight: stepBy(0.1),
       '[': () => (this.view?.story?.step ? this.view.story.step(-1) : false),

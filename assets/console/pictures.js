@@ -104,11 +104,19 @@ export function noPictures(why) {
 
 /** Both views beside each other, following a moment. */
 export class Pictures {
-  constructor(id, moment) {
+  /** @param {Promise|null} ready they wait until it is settled, or the moment has moved */
+  constructor(id, moment, ready = null) {
     this.views = Object.keys(VIEWS).map((view) => new Picture(id, view,
       {limit: moment.length, tellsDark: view === 'projector'}));
     this.place = element('div', {class: 'pictures'}, this.views.map((view) => view.place));
-    moment.follow((seconds) => this.views.forEach((view) => view.at(seconds)));
+    const begin = moment.seconds;
+    const show = () => this.views.forEach((view) => view.at(moment.seconds));
+    let waits = Boolean(ready);
+    moment.follow((seconds) => {
+      waits = waits && seconds === begin;
+      if (!waits) show();
+    });
+    ready?.then(show);
   }
 
   close() {

@@ -96,7 +96,7 @@ export class ReplayView {
     const one = this.behavior;
     document.title = `Replay ${one.name} #${one.id} · Afterglow`;
     this.result = element('div', {class: 'result', 'aria-live': 'polite'});
-    this.controls = new ReplayControls(this.robot, one, this.shell.notice);
+    this.controls = new ReplayControls(this.robot, one, this.shell.notice, this.shell.stopBar);
     this.report = new ReplayReport(this.robot, one);
     refill(this.place, heading(one), element('p', {}, element('a',
       {href: this.shell.route.to('behavior', [one.id])}, 'Look at it first')),
@@ -118,7 +118,7 @@ export class ReplayView {
     return element('form', {class: 'replay-form', on: {submit: (event) => {
       event.preventDefault();
       this.dryRun();
-    }, change: () => refill(this.result)}},
+    }, change: () => this.forget()}},
     element('fieldset', {}, element('legend', {}, 'What'), this.boxes.map(({line}) => line)),
     element('fieldset', {}, element('legend', {}, 'How'),
       field('rate', 'Speed, times', {value: 1, min: 0.1, max: 4, step: 0.1}),
@@ -127,6 +127,12 @@ export class ReplayView {
       element('div', {class: 'check'}, this.hold, element('label', {for: 'replay-hold'},
         'Only while I hold the button'))),
     element('button', {type: 'submit', class: 'main-action', id: 'dry-run'}, 'What would happen?'));
+  }
+
+  /** Another choice needs another dry run. */
+  forget() {
+    refill(this.result);
+    if (!this.robot.mayMove()) this.shell.stopBar.beside(null);
   }
 
   request() {
@@ -140,6 +146,7 @@ export class ReplayView {
       refill(this.result, element('p', {class: 'note bad'}, 'Choose something to replay.'));
       return;
     }
+    this.forget();
     refill(this.result, element('p', {class: 'soft'}, 'Looking…'));
     try {
       this.show(await this.robot.dryRun(request), request);
@@ -166,20 +173,22 @@ export class ReplayView {
     }
     const sure = element('input', {type: 'checkbox', id: 'sure',
       on: {change: () => { start.disabled = !sure.checked; }}});
+    this.shell.stopBar.beside(start);
     return element('div', {class: 'confirm note'},
       element('p', {}, element('strong', {}, `${robot} will move: ${dry.speed}.`),
-        ' Escape, or the button below, stops it at any time.'),
+        ' It starts by the button below, beside Stop. Escape stops it, too, at any time.'),
       element('div', {class: 'check'}, sure, element('label', {for: 'sure'},
-        `I see ${robot}, and nobody is in its way`)), start);
+        `I see ${robot}, and nobody is in its way`)));
   }
 
   async play(dry, request) {
     const hold = Boolean(dry.moves && this.hold.checked);
     try {
       await this.robot.play({...request, hold, confirmed: dry.token});
-      refill(this.result);
+      this.result.replaceChildren();
       this.controls.started(hold);
     } catch (problem) {
+      this.forget();
       refill(this.result, element('p', {class: 'note bad'}, problem.message));
     }
   }

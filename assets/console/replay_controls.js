@@ -6,9 +6,10 @@ import {offset} from './format.js';
 const RATES = [0.25, 0.5, 1, 1.5, 2];
 
 export class ReplayControls {
-  /** @param {Robot} robot @param {Object} behavior @param {Notice} notice */
-  constructor(robot, behavior, notice) {
+  /** @param {Robot} robot @param {Object} behavior @param {Notice} notice @param {StopBar} stopBar */
+  constructor(robot, behavior, notice, stopBar) {
     this.robot = robot;
+    this.stopBar = stopBar;
     this.behavior = behavior;
     this.notice = notice;
     this.isHeld = false;
@@ -21,7 +22,7 @@ export class ReplayControls {
     this.holder = this.makeHolder();
     this.report = element('p', {class: 'report'});
     this.place = element('section', {class: 'controls', hidden: true, 'aria-label': 'Replay under way'},
-      this.holder, element('div', {class: 'bar'}, this.toggle,
+      element('div', {class: 'bar'}, this.toggle,
         element('label', {for: 'live-rate'}, 'Speed'), this.rate,
         element('label', {for: 'live-seek'}, 'Position'), this.seek), this.report);
     this.unfollow = robot.follow((state) => this.show(state));
@@ -29,7 +30,7 @@ export class ReplayControls {
 
   /** Pointer or space bar held down; letting go, leaving the window or hiding the page is letting go. */
   makeHolder() {
-    const made = button('Hold to run', () => {}, {class: 'hold', id: 'hold', hidden: true});
+    const made = button('Hold to run', () => {}, {class: 'hold', id: 'hold'});
     const begin = (event) => {
       if (event.repeat || (event.type === 'keydown' && event.key !== ' ')) return;
       event.preventDefault();
@@ -57,7 +58,7 @@ export class ReplayControls {
   /** A replay was started by this page; `hold`: it goes on only while the button is held. */
   started(hold) {
     this.isHeld = hold;
-    this.holder.hidden = !hold;
+    this.stopBar.beside(hold ? this.holder : null);
     this.place.hidden = false;
     if (hold) this.holder.focus();
     else this.toggle.focus();
@@ -92,6 +93,7 @@ export class ReplayControls {
   close() {
     this.unfollow();
     this.robot.release();
+    this.stopBar.beside(null);
     document.removeEventListener('visibilitychange', this.hidden);
   }
 }

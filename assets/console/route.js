@@ -1,6 +1,6 @@
 /**
  * What is shown, as the address says it, so that a view can be sent to somebody and the back key works:
- * #/behavior/12?t=1.25&q=pick, #/compare/12/11, #/when?day=2026-11-23, #/replay/12, #/live, #/
+ * #/behavior/12?t=1.25&from=1&to=2.5&q=pick, #/compare/12/11, #/when?day=2026-11-23, #/replay/12, #/live, #/
  */
 
 const VIEWS = {find: 0, when: 0, behavior: 1, compare: 2, replay: 1, live: 0, calibrate: 0};
@@ -46,6 +46,12 @@ export class Route {
   to(view, ids = [], more = {}) {
     const kept = Object.fromEntries(KEPT.map((key) => [key, this.now.params[key]]));
     return address(view, ids, {...kept, ...more});
+  }
+
+  /** Shows a view in place of this one: the back key does not come back here. */
+  replace(view, ids) {
+    history.replaceState(null, '', this.to(view, ids));
+    this.now = parse(location.hash);
   }
 
   /** Opens a view: a step that the back key undoes. */

@@ -1,6 +1,9 @@
-/** Below every view, where there is a robot: what it does now, and the button that stops it. Escape does, too. */
+/**
+ * Below every view, where there is a robot: what it does now, and the button that stops it. Escape does, too. Whatever
+ * button moves the robot stands beside that one.
+ */
 
-import {button, element, put} from './dom.js';
+import {button, element, put, refill} from './dom.js';
 import {offset} from './format.js';
 
 export class StopBar {
@@ -13,7 +16,8 @@ export class StopBar {
     this.track = element('progress', {max: 1, value: 0, 'aria-label': 'Position of the replay'});
     this.stopper = button('Stop', () => this.stop(), {class: 'stop', 'aria-keyshortcuts': 'Escape'});
     put(this.stopper, element('small', {}, 'Esc'));
-    put(place, element('div', {class: 'state'}, this.words, this.track, this.figures), this.stopper);
+    this.movers = element('div', {class: 'movers', hidden: true});
+    put(place, element('div', {class: 'state'}, this.words, this.track, this.figures), this.movers, this.stopper);
     place.hidden = false;
     document.body.toggleAttribute('data-robot', true);
     // Before anybody else gets the key: no field, list or dialog may keep it from stopping the robot.
@@ -24,6 +28,12 @@ export class StopBar {
       }
     }, {capture: true});
     robot.follow((state, isHeard) => this.show(state, isHeard));
+  }
+
+  /** @param {HTMLButtonElement|null} mover the button that moves the robot; null: no longer */
+  beside(mover) {
+    refill(this.movers, mover);
+    this.movers.hidden = !mover;
   }
 
   async stop() {
@@ -48,10 +58,12 @@ export class StopBar {
     }
     const moving = this.robot.isMoving();
     this.say(player.words || player.state);
+    const plays = moving && player.state !== 'to_start';
     this.track.hidden = !moving;
     this.track.max = player.duration || 1;
-    this.track.value = player.position || 0;
-    this.figures.textContent = moving ? [`${offset(player.position || 0)} of ${offset(player.duration || 0)}`,
+    if (plays) this.track.value = player.position || 0;
+    else this.track.removeAttribute('value');  // nobody knows how long the way takes
+    this.figures.textContent = plays ? [`${offset(player.position || 0)} of ${offset(player.duration || 0)}`,
       player.rate && player.rate !== 1 && `at ${player.rate} times the speed`,
       Number.isFinite(player.lateness_ms) && `late by ${player.lateness_ms.toFixed(0)} ms`,
       Number.isFinite(player.skew_ms) && `light and speech apart by ${player.skew_ms.toFixed(0)} ms`]

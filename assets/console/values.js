@@ -1,8 +1,9 @@
-/** What a topic's newest message says at the moment, a line a field. */
+/** What a topic says: its numbers over time as a plot, and its newest message at the moment, a line a field. */
 
 import {get, Latest} from './api.js';
 import {element, refill} from './dom.js';
 import {offset, plain} from './format.js';
+import {ValuePlot} from './value_plot.js';
 
 const MOST_LINES = 400;
 
@@ -29,10 +30,11 @@ export class Values {
     this.moment = moment;
     this.select = element('select', {id: 'values-topic', on: {change: () => onTopic(this.select.value)}},
       lanes.map((lane) => element('option', {value: lane.topic}, lane.topic)));
+    this.plot = new ValuePlot(id, moment);
     this.under = element('p', {class: 'soft'});
     this.body = element('tbody', {});
-    this.place = element('section', {class: 'values'}, element('h2', {}, 'Values at the moment'),
-      element('label', {for: 'values-topic', class: 'unseen'}, 'Topic'), this.select, this.under,
+    this.place = element('section', {class: 'values'}, element('h2', {}, 'Values'),
+      element('label', {for: 'values-topic', class: 'unseen'}, 'Topic'), this.select, this.plot.place, this.under,
       element('div', {class: 'scrolls tall', tabindex: 0, role: 'region', 'aria-label': 'Values of the message'},
         element('table', {class: 'fields-table'}, element('thead', {class: 'unseen'}, element('tr', {},
           element('th', {scope: 'col'}, 'field'), element('th', {scope: 'col'}, 'value'))), this.body)));
@@ -47,6 +49,7 @@ export class Values {
 
   choose(topic) {
     this.select.value = topic;
+    this.plot.choose(topic);
     this.at(this.moment.seconds);
   }
 
@@ -100,6 +103,7 @@ export class Values {
   }
 
   close() {
+    this.plot.close();
     this.loader.close();
   }
 }

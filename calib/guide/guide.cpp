@@ -16,7 +16,6 @@ constexpr double kTilted = 0.21;      // rad, 12 degrees: what one view in each 
 constexpr double kParallel = 0.26;    // rad, 15 degrees
 constexpr double kDepthRange = 1.25;  // farthest to nearest board
 constexpr double kCovered = 0.35;     // of a ninth of the picture
-constexpr int kNinths = 3;
 
 double distance(const Rigid<Camera, Surface>& pose) { return pose.matrix().translation().norm(); }
 
@@ -39,7 +38,8 @@ std::vector<std::string> missingTilts(const Poses& taken) {
   return missing;
 }
 
-std::string ninthText(int row, int column) {
+std::string ninthText(const PictureNinth& ninth) {
+  const auto [row, column] = ninth;
   if (row == 1 && column == 1) return "hold it in the middle of the light";
   static const char* const kRows[] = {"further up", "", "further down"};
   static const char* const kColumns[] = {" on the left of the light", " in the light",
@@ -48,32 +48,9 @@ std::string ninthText(int row, int column) {
   return "hold it " + height + kColumns[column];
 }
 
-/// The emptiest first.
-std::vector<std::string> missingPlaces(const Coverage& coverage) {
-  struct Ninth {
-    int row, column;
-    double share;
-  };
-  std::vector<Ninth> ninths;
-  for (int row = 0; row < kNinths; ++row) {
-    for (int column = 0; column < kNinths; ++column) {
-      int lit = 0, all = 0;
-      for (int y = row * Coverage::kRows / kNinths; y < (row + 1) * Coverage::kRows / kNinths;
-           ++y) {
-        for (int x = column * Coverage::kColumns / kNinths;
-             x < (column + 1) * Coverage::kColumns / kNinths; ++x) {
-          ++all;
-          lit += coverage.corners[static_cast<std::size_t>(y * Coverage::kColumns + x)] > 0;
-        }
-      }
-      const double share = static_cast<double>(lit) / all;
-      if (share < kCovered) ninths.push_back({row, column, share});
-    }
-  }
-  std::stable_sort(ninths.begin(), ninths.end(),
-                   [](const Ninth& a, const Ninth& b) { return a.share < b.share; });
+std::vector<std::string> placeTexts(const Coverage& coverage) {
   std::vector<std::string> texts;
-  for (const Ninth& ninth : ninths) texts.push_back(ninthText(ninth.row, ninth.column));
+  for (const PictureNinth& ninth : missingPlaces(coverage)) texts.push_back(ninthText(ninth));
   return texts;
 }
 
@@ -116,6 +93,30 @@ bool areParallel(const Poses& taken) {
   return true;
 }
 
+std::vector<PictureNinth> missingPlaces(const Coverage& coverage) {
+  constexpr int kSide = PictureNinth::kSide;
+  std::vector<std::pair<double, PictureNinth>> missing;
+  for (int row = 0; row < kSide; ++row) {
+    for (int column = 0; column < kSide; ++column) {
+      int lit = 0, all = 0;
+      for (int y = row * Coverage::kRows / kSide; y < (row + 1) * Coverage::kRows / kSide; ++y) {
+        for (int x = column * Coverage::kColumns / kSide;
+             x < (column + 1) * Coverage::kColumns / kSide; ++x) {
+          ++all;
+          lit += coverage.corners[static_cast<std::size_t>(y * Coverage::kColumns + x)] > 0;
+        }
+      }
+      const double share = static_cast<double>(lit) / all;
+      if (share < kCovered) missing.push_back({share, {row, column}});
+    }
+  }
+  std::stable_sort(missing.begin(), missing.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<PictureNinth> ninths;
+  for (const auto& [share, ninth] : missing) ninths.push_back(ninth);
+  return ninths;
+}
+
 std::vector<std::string> adviceFor(const Poses& taken, const Coverage& coverage,
                                    const std::optional<Rigid<Camera, Surface>>& now) {
   if (taken.empty()) return {"hold the board in the light, where the camera sees all of it"};
@@ -123,7 +124,7 @@ std::vector<std::string> adviceFor(const Poses& taken, const Coverage& coverage,
   if (taken.size() >= 2 && areParallel(taken)) {
     all.push_back("turn it: all boards were parallel so far");
   }
-  const std::vector<std::string> tilts = missingTilts(taken), places = missingPlaces(coverage);
+  const std::vector<std::string> tilts = missingTilts(taken), places = placeTexts(coverage);
   const std::vector<std::string> depth = missingDepth(taken, now);
   // In turns, so that advice that cannot be followed does not hide the other advice.
   for (std::size_t i = 0; i < std::max({tilts.size(), places.size(), depth.size()}); ++i) {

@@ -23,6 +23,14 @@ namespace afterglow::calib {
 /// right, y down; radians, zero where it looks straight into the lens.
 Eigen::Vector2d boardTilt(const Rigid<Camera, Surface>& T_camera_board);
 
+/// A ninth of the projector's picture, counted from its top left.
+struct PictureNinth {
+  static constexpr int kSide = 3;  ///< ninths a side
+  int row = 0, column = 0;
+};
+/// Returns the ninths in which boards were hardly lit, the emptiest first.
+std::vector<PictureNinth> missingPlaces(const Coverage& coverage);
+
 /// Tilts are named as the camera sees them (left, right, up, down), places in the light as they are
 /// in the projector's image. Most urgent first; empty if nothing is missing. `now`: where the board
 /// is held, if it is seen.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -18,6 +19,7 @@ constexpr std::size_t kMostKeyMoments = 6;
 constexpr std::size_t kLongestValue = 60;  // bytes
 constexpr double kAfterWords_s = 0.5;      // what is said goes with what is shown then
 constexpr std::size_t kMostPaired = 300;
+constexpr double kTogether_s = 3;  // goals of an action with less between them are told as one
 
 double secondsInto(const replay::Behavior& behavior, replay::Stamp stamp) {
   return static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9;
@@ -69,19 +71,80 @@ StoryEntry endEntry(const BehaviorSummary& one) {
   return made;
 }
 
-StoryEntry goalEntry(const GoalSpan& span) {
-  const std::string action = actionName(span.topic);
-  const std::string within = span.within.empty() ? "" : ", within " + span.within;
-  if (!span.to) {
-    return entry(span.from, "goal", action + " was sent a goal; no result was recorded" + within,
+/// The words for the goals of an action.
+struct Deed {
+  std::string done, to_do;
+};
+
+/// Returns the words by a word in the action's name, the first that fits: an arm's gripper is no
+/// arm.
+Deed deedOf(const std::string& action) {
+  static const std::vector<std::pair<std::string, Deed>> deeds = {
+      {"projector", {"turned the projector", "turn the projector"}},
+      {"turret", {"turned the projector", "turn the projector"}},
+      {"gripper", {"moved the gripper", "move the gripper"}},
+      {"hand", {"moved the hand", "move the hand"}},
+      {"head", {"turned the head", "turn the head"}},
+      {"arm", {"moved the arm", "move the arm"}},
+      {"torso", {"moved the torso", "move the torso"}},
+      {"base", {"drove", "drive"}},
+      {"navigate", {"drove", "drive"}},
+      {"ask", {"answered a question", "answer a question"}}};
+  for (const auto& [name, deed] : deeds) {
+    for (std::size_t at = action.find(name); at != std::string::npos;
+         at = action.find(name, at + 1)) {
+      const auto isLetter = [&](std::size_t place) {
+        return place < action.size() && std::isalpha(static_cast<unsigned char>(action[place]));
+      };
+      if (!(at > 0 && isLetter(at - 1)) && !isLetter(at + name.size())) return deed;
+    }
+  }
+  return {"did " + action, "do " + action};
+}
+
+/// Goals of an action that followed one another and went well: a projector that tracks something is
+/// turned again and again.
+using GoalRun = std::vector<GoalSpan>;
+
+std::vector<GoalRun> goalRuns(const std::vector<GoalSpan>& spans) {
+  std::vector<GoalRun> runs;
+  for (const GoalSpan& span : spans) {
+    const auto wentWell = [](const GoalSpan& one) { return one.outcome == "succeeded"; };
+    const bool goes_on = !runs.empty() && wentWell(span) && wentWell(runs.back().back()) &&
+                         span.from - *runs.back().back().to < kTogether_s;
+    if (goes_on) {
+      runs.back().push_back(span);
+    } else {
+      runs.push_back({span});
+    }
+  }
+  return runs;
+}
+
+/// Stands where the goals began, a failure where it was known.
+StoryEntry goalEntry(const GoalRun& run) {
+  const GoalSpan &first = run.front(), &last = run.back();
+  const std::string action = actionName(first.topic);
+  const Deed deed = deedOf(action);
+  const std::string within = first.within.empty() ? "" : ", while it " + deedOf(first.within).done;
+  if (!first.to) {
+    return entry(first.from, "goal", "began to " + deed.to_do + "; no result was recorded" + within,
                  action + " without result");
   }
-  std::string text = fmt::format("{} {} after {:.1f} s{}", action, span.outcome,
-                                 *span.to - span.from, within);
-  if (!span.remark.empty() && span.outcome != "succeeded") text += ": " + span.remark;
-  StoryEntry made = entry(*span.to, "goal", text, action + " " + span.outcome);
-  made.is_bad = isFailure(span.outcome);
-  return made;
+  const double took = *last.to - first.from;
+  if (first.outcome != "succeeded") {
+    const std::string why = first.remark.empty() ? "" : ": " + first.remark;
+    StoryEntry made = entry(*first.to, "goal",
+                            fmt::format("did not {}: {} after {:.1f} s{}{}", deed.to_do,
+                                        first.outcome, took, within, why),
+                            action + " " + first.outcome);
+    made.is_bad = isFailure(first.outcome);
+    return made;
+  }
+  const std::string times = run.size() > 1 ? fmt::format(" {} times", run.size()) : "";
+  return entry(first.from, "goal",
+               fmt::format("{}{} in {:.1f} s{}", deed.done, times, took, within),
+               action + " succeeded");
 }
 
 StoryEntry childEntry(const replay::Behavior& behavior, const BehaviorSummary& child) {
@@ -132,7 +195,7 @@ ToldStory tellStory(const BehaviorSummary& one, const std::vector<TopicLane>& la
                             "said \"" + sentence.text + "\"", sentence.text));
   }
   for (const TopicLane& lane : lanes) {
-    for (const GoalSpan& span : lane.spans) entries.push_back(goalEntry(span));
+    for (const GoalRun& run : goalRuns(lane.spans)) entries.push_back(goalEntry(run));
   }
   for (const auto& child : children) entries.push_back(childEntry(one.behavior, *child));
   std::stable_sort(entries.begin(), entries.end(),

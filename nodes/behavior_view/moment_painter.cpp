@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,6 +16,8 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr int kJpegQuality = 82;
+constexpr int kLightLooks = 50;
+constexpr std::chrono::seconds kLightPatience{2};
 /// Light falls on a room of a given width in no more pixels than these.
 constexpr int kWidestLight = 800;
 
@@ -128,6 +131,17 @@ void MomentPainter::moveTo(double t) {
   const double longest = static_cast<double>(last_.ns - behavior_.begin.ns) * 1e-9;
   const std::int64_t since_ns = std::llround(std::clamp(t, 0.0, longest) * 1e9);
   moveTo(replay::Stamp{std::min(last_.ns, behavior_.begin.ns + since_ns)});
+}
+
+std::optional<double> MomentPainter::moveToLight() {
+  const auto end = std::chrono::steady_clock::now() + kLightPatience;
+  const double length = static_cast<double>(last_.ns - behavior_.begin.ns) * 1e-9;
+  for (int i = 0; i <= kLightLooks && std::chrono::steady_clock::now() < end; ++i) {
+    const double t = length * i / kLightLooks;
+    moveTo(t);
+    if (hasContent() && isLit()) return t;
+  }
+  return std::nullopt;
 }
 
 bool MomentPainter::hasContent() const {

@@ -67,6 +67,11 @@ class MomentPainter {
   /// Moves so many seconds into the behavior, or to its begin or end where it has no such moment.
   void moveTo(double t);
 
+  /// Returns the first moment at which the projector's image has light, of some fifty, evenly over
+  /// the behavior, in seconds since its begin; empty if none has any, or it takes seconds to find.
+  /// Goes there.
+  std::optional<double> moveToLight();
+
   // At this moment:
   /// Returns true if the projector is known and a layer has content, in its image or beside it.
   bool hasContent() const;

@@ -12,9 +12,23 @@ namespace {
 
 std::vector<std::string> litRows(const calib::Coverage& coverage) {
   using calib::Coverage;
+  constexpr int kSide = calib::PictureNinth::kSide;
+  const std::vector<calib::PictureNinth> missing = calib::missingPlaces(coverage);
   std::vector<std::string> rows(Coverage::kRows, std::string(Coverage::kColumns, '.'));
+  const auto isNext = [&](int row, int column) {
+    const auto within = [](int place, int ninth, int places) {
+      return place >= ninth * places / kSide && place < (ninth + 1) * places / kSide;
+    };
+    return !missing.empty() && within(row, missing[0].row, Coverage::kRows) &&
+           within(column, missing[0].column, Coverage::kColumns);
+  };
   for (std::size_t i = 0; i < coverage.corners.size(); ++i) {
-    if (coverage.corners[i] > 0) rows[i / Coverage::kColumns][i % Coverage::kColumns] = '#';
+    const std::size_t row = i / Coverage::kColumns, column = i % Coverage::kColumns;
+    if (coverage.corners[i] > 0) {
+      rows[row][column] = '#';
+    } else if (isNext(static_cast<int>(row), static_cast<int>(column))) {
+      rows[row][column] = '+';
+    }
   }
   return rows;
 }

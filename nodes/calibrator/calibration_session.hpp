@@ -22,7 +22,8 @@ struct CalibratorState {
   std::string doing;           ///< while solving
   int views = 0, views_wanted = 0, discarded = 0;
   double coverage = 0;  ///< 0 to 1
-  /// Rows of the projector's picture, from its top: '#' where a board was lit, '.' where none was.
+  /// Rows of the projector's picture, from its top: '#' where a board was lit, '.' where none was,
+  /// '+' where none was and one should be held next.
   std::vector<std::string> lit;
   std::optional<double> held_out_mm, check_mm, delay_ms;
 };

@@ -14,6 +14,7 @@
 #include "calib/number_text.hpp"
 #include "nodes/console/behavior_json.hpp"
 #include "nodes/console/behavior_search.hpp"
+#include "nodes/console/topic_values.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/outcome.hpp"
@@ -28,6 +29,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostListed = 1000;
 constexpr std::size_t kLongestSearch = 1000;  // bytes
 constexpr std::size_t kLongestMessage = 64 << 10;
+constexpr double kLongest_s = 1e9;              // of a behavior
 constexpr int kNarrowest = 64, kWidest = 1920;  // pixels of a picture
 
 /// Empty for what is no whole number.
@@ -53,13 +55,13 @@ std::int64_t neededInteger(const HttpRequest& request, const std::string& name) 
   return *value;
 }
 
-/// Seconds into a behavior, not NaN; 0 if it is not given.
-double secondsOf(const HttpRequest& request) {
-  const std::string& text = request.parameter("t");
-  if (text.empty()) return 0;
+/// Seconds into a behavior, not NaN; `otherwise` if it is not given.
+double secondsOf(const HttpRequest& request, const std::string& name = "t", double otherwise = 0) {
+  const std::string& text = request.parameter(name);
+  if (text.empty()) return otherwise;
   const auto t = calib::numberFromText(text);
-  if (!t || !std::isfinite(*t) || std::abs(*t) > 1e9) {
-    throw HttpError(400, "t should be a number of seconds");
+  if (!t || !std::isfinite(*t) || std::abs(*t) > kLongest_s) {
+    throw HttpError(400, name + " should be a number of seconds");
   }
   return *t;
 }
@@ -125,7 +127,8 @@ ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, Console
 bool ConsoleApi::isRobots(const HttpRequest& request) {
   if (request.method == "POST") return request.path != "/api/login";
   return request.path == "/api/events" || request.path == "/api/projected" ||
-         request.path == "/api/report" || request.path == "/api/report/page";
+         request.path == "/api/camera" || request.path == "/api/report" ||
+         request.path == "/api/report/page";
 }
 
 void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
@@ -162,6 +165,8 @@ void ConsoleApi::answerOf(std::int64_t id, const std::string& part, const HttpRe
                           const Respond& respond) {
   if (part.empty()) return respond(jsonResponse(detailJson(*detailOf(id))));
   if (part == "/message") return respond(message(id, request));
+  if (part == "/values") return respond(values(id, request));
+  if (part == "/sound" && speak_) return respond(sound(id, request));
   if (part == "/picture") return picture(id, request, respond);
   if (part == "/file" && make_file_) return respond(file(id));
   throw HttpError(404, "there is nothing at this address");
@@ -268,6 +273,31 @@ HttpResponse ConsoleApi::message(std::int64_t id, const HttpRequest& request) co
   return jsonResponse(json);
 }
 
+HttpResponse ConsoleApi::values(std::int64_t id, const HttpRequest& request) const {
+  const auto behavior = store_.behavior(id);
+  if (!behavior) throw HttpError(404, "there is no behavior of this id");
+  const std::string& topic = request.parameter("topic");
+  if (topic.empty()) throw HttpError(400, "topic is missing");
+  const TopicValues values = topicValues(store_, *behavior, topic, secondsOf(request, "from"),
+                                         secondsOf(request, "to", kLongest_s));
+  // A number that JSON lacks is null.
+  return jsonResponse({{"t", values.t}, {"fields", values.fields}, {"whole", values.is_whole}});
+}
+
+HttpResponse ConsoleApi::sound(std::int64_t id, const HttpRequest& request) {
+  const auto detail = detailOf(id);
+  const std::int64_t place = integerOf(request, "n").value_or(0);
+  const auto& said = detail->summary->said;
+  if (place < 0 || static_cast<std::size_t>(place) >= said.size()) {
+    throw HttpError(404, "it said nothing of this number");
+  }
+  try {
+    return {200, "audio/wav", speak_(said[static_cast<std::size_t>(place)].text)};
+  } catch (const std::runtime_error& problem) {
+    throw HttpError(503, problem.what());
+  }
+}
+
 HttpResponse ConsoleApi::comparison(const HttpRequest& request) {
   const auto a = detailOf(neededInteger(request, "a"));
   const auto b = detailOf(neededInteger(request, "b"));
@@ -279,7 +309,8 @@ void ConsoleApi::picture(std::int64_t id, const HttpRequest& request,
   if (!draw_) throw HttpError(503, facts_.why_no_render);
   PictureRequest wanted;
   wanted.behavior = id;
-  wanted.t = secondsOf(request);
+  wanted.at_first_light = request.parameter("t") == "lit";
+  if (!wanted.at_first_light) wanted.t = secondsOf(request);
   const std::string& view = request.parameter("view");
   if (view == "bystander") {
     wanted.view = PictureView::Bystander;

@@ -38,10 +38,13 @@ struct PictureRequest {
   PictureView view = PictureView::Projector;
   int width = kPagePictureWidth;  ///< pixels
   std::string viewer;  ///< of one viewer, behavior and view only the newest request is drawn
+  bool at_first_light = false;  ///< its first lit moment is wanted, whatever t is
 };
 
 /// Returns at once; responds with a JPEG, or with 404 or 503 {"error"}.
 using DrawPicture = std::function<void(const PictureRequest&, const Respond&)>;
+/// Speaks a sentence as a WAV file's bytes. Throws std::runtime_error, one line.
+using Speak = std::function<std::string(const std::string& text)>;
 /// Makes a behavior one file, for /api/behaviors/ID/file.
 using MakeFile = std::function<std::string(const BehaviorDetail&)>;
 
@@ -51,13 +54,14 @@ class ConsoleApi {
  public:
   ConsoleApi(const replay::Store& store, BehaviorIndex& index, ConsoleAccess access,
              ConsoleFacts facts);
-  /// Sets who draws pictures and makes files; else there are none.
+  /// Sets who draws pictures, speaks and makes files; else there are none.
   void setPictures(DrawPicture draw) { draw_ = std::move(draw); }
+  void setSpeech(Speak speak) { speak_ = std::move(speak); }
   void setFile(MakeFile make_file) { make_file_ = std::move(make_file); }
 
   /// Takes the requests that are for a robot: all that is posted but logins, /api/events,
-  /// /api/projected and /api/report. Without it there is no robot. To be set before the first
-  /// answer().
+  /// /api/projected, /api/camera and /api/report. Without it there is no robot. To be set before
+  /// the first answer().
   void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
 
   /// Answers for HttpServer.
@@ -77,6 +81,8 @@ class ConsoleApi {
   HttpResponse behaviors(const HttpRequest& request) const;
   HttpResponse calendar() const;
   HttpResponse message(std::int64_t id, const HttpRequest& request) const;
+  HttpResponse values(std::int64_t id, const HttpRequest& request) const;
+  HttpResponse sound(std::int64_t id, const HttpRequest& request);
   HttpResponse comparison(const HttpRequest& request);
   void picture(std::int64_t id, const HttpRequest& request, const Respond& respond) const;
   HttpResponse file(std::int64_t id);
@@ -88,6 +94,7 @@ class ConsoleApi {
   ConsoleFacts facts_;
   BehaviorDetails details_;
   DrawPicture draw_;
+  Speak speak_;
   MakeFile make_file_;
   std::mutex file_mutex_;  ///< a file takes seconds of one of the server's threads, not of several
   HttpHandler robot_;

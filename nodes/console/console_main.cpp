@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,7 @@
 #include "nodes/console/foxglove_server.hpp"
 #include "nodes/console/http_server.hpp"
 #include "nodes/console/picture_queue.hpp"
+#include "nodes/speaker/speech.hpp"
 #include "nodes/tools/node_main.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
@@ -30,6 +32,7 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr const char* kNodeName = "console_node";
+constexpr std::size_t kMostSpoken = 500;  // sentences that are kept
 
 struct ConsoleOptions {
   std::string store, address = "127.0.0.1", token_file;
@@ -65,6 +68,7 @@ class Console {
         pictures_->draw(request, [respond](const auto& drawn) { respond(pictureResponse(drawn)); });
       });
     }
+    api_->setSpeech([this](const std::string& text) { return spoken(text); });
     api_->setFile([this](const BehaviorDetail& detail) { return fileOf(detail); });
     if (!robot) return;
     node_.emplace(*robot, [this] { return index_.all()->size(); });
@@ -114,6 +118,14 @@ class Console {
     return behaviorPage(detail, draw);
   }
 
+  std::string spoken(const std::string& text) {
+    const std::lock_guard<std::mutex> lock(speech_mutex_);
+    // It keeps each sentence.
+    if (!speech_ || ++spoken_ % kMostSpoken == 0)
+      speech_.emplace(SpeechOptions{"en-us", 160, "auto"});
+    return wavOf(*speech_->say(text));
+  }
+
   /// "http://127.0.0.1:8080/"
   std::string urlOf(const std::string& scheme, std::uint16_t port) const {
     const std::string& address = options_.address;
@@ -128,6 +140,9 @@ class Console {
   BehaviorIndex index_;
   std::optional<PictureQueue> pictures_;
   std::optional<FoxgloveServer> foxglove_;
+  std::mutex speech_mutex_;       ///< the next two
+  std::optional<Speech> speech_;  ///< made for the first sentence
+  std::size_t spoken_ = 0;
   std::optional<ConsoleApi> api_;
   std::optional<ConsoleNode> node_;
 };
@@ -152,6 +167,7 @@ void serveBesideRobot(const ros::NodeHandle& own) {
   own.param("recorder", robot.recorder, robot.recorder);
   own.param("calibrator", robot.calibrator, robot.calibrator);
   own.param("projector", robot.projector, robot.projector);
+  own.param("camera", robot.camera, robot.camera);
   ros::AsyncSpinner spinner(2);
   spinner.start();
   Console(options, robot).serve();

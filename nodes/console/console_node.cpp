@@ -19,9 +19,10 @@ using nlohmann::json;
 using std::chrono::steady_clock;
 
 const char* stateName(const ReplayStatus& status) {
-  return status.state == ReplayStatus::PLAYING  ? "playing"
-         : status.state == ReplayStatus::PAUSED ? "paused"
-                                                : "idle";
+  return status.state == ReplayStatus::PLAYING    ? "playing"
+         : status.state == ReplayStatus::PAUSED   ? "paused"
+         : status.state == ReplayStatus::TO_START ? "to_start"
+                                                  : "idle";
 }
 
 std::string wordsOf(const ReplayStatus& status, const RunningReplay::Shown& ours) {
@@ -31,8 +32,9 @@ std::string wordsOf(const ReplayStatus& status, const RunningReplay::Shown& ours
     const std::string& last = ours.last.empty() ? status.message : ours.last;
     return last.empty() ? "nothing is replayed" : "the last replay: " + last;
   }
-  const std::string what =
-      "replays " + status.behavior_name + " (" + std::to_string(status.behavior_id) + ")";
+  const bool is_on_its_way = status.state == ReplayStatus::TO_START;
+  const std::string what = (is_on_its_way ? "is on its way to the start of " : "replays ") +
+                           status.behavior_name + " (" + std::to_string(status.behavior_id) + ")";
   return status.message.empty() ? what : what + ": " + status.message;
 }
 
@@ -106,6 +108,7 @@ ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, std::function<std::s
       player_(options.player),
       calibrator_(options.calibrator),
       projected_(options.projector),
+      camera_(options.camera),
       dead_man_switch_(player_.player()),
       replay_(player_, {[this](const std::string& session) { return events_.isListening(session); },
                         [this](bool runs) { dead_man_switch_.tell(runs); }}),
@@ -114,10 +117,12 @@ ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, std::function<std::s
 std::string ConsoleNode::state() const {
   auto projector = diagnostics_.projector();
   projector["image"] = projected_.state();
+  auto calibrator = calibrator_.state();
+  if (!calibrator.is_null()) calibrator["image"] = camera_.state();
   const nlohmann::ordered_json state{{"player", playerJson(player_, replay_.shown())},
                                      {"recorder", diagnostics_.recorder()},
                                      {"projector", std::move(projector)},
-                                     {"calibrator", calibrator_.state()},
+                                     {"calibrator", std::move(calibrator)},
                                      {"diagnostics", diagnostics_.all()}};
   return state.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -128,6 +133,7 @@ void ConsoleNode::answer(const HttpRequest& request, const Respond& respond) {
   if (request.method == "POST") return answerPost(request, respond);
   if (request.method != "GET") throw HttpError(404, "there is nothing at this address");
   if (request.path == "/api/projected") return respond(projected_.newest());
+  if (request.path == "/api/camera") return respond(camera_.newest());
   if (request.path == "/api/report") return respond(report());
   if (request.path == "/api/report/page") {
     return later(commands_, respond, [this] { return reportPage(); });

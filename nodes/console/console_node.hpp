@@ -31,6 +31,7 @@ struct ConsoleNodeOptions {
   std::string player = "player_node", recorder = "recorder_node";
   std::string calibrator = "calibrator_node";
   std::string projector = "projector/image";  ///< sensor_msgs/Image
+  std::string camera = "camera/image_raw";    ///< sensor_msgs/Image, the calibrator's
 };
 
 /// The tokens that a dry run gives: each lets one request move the robot, once, for a minute. Any
@@ -92,7 +93,7 @@ class ConsoleNode {
   PlayerLink player_;
   CalibratorLink calibrator_;
   HeardDiagnostics diagnostics_;
-  ProjectedImage projected_;
+  ProjectedImage projected_, camera_;
   MotionTokens tokens_;
   DeadManSwitch dead_man_switch_;
   RunningReplay replay_;

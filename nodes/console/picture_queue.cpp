@@ -13,6 +13,8 @@ namespace {
 constexpr std::size_t kMostWaiting = 16, kMostPainters = 6;
 constexpr std::size_t kMostKept = 64 << 20;   // bytes
 constexpr double kPerSecond = 100;            // moments that are told apart
+constexpr std::int64_t kFirstLight = -1;      // in their place
+constexpr int kSearched = 320;                // pixels of an image in which light is looked for
 constexpr std::size_t kLongestHeader = 8000;  // bytes; escaped up to six times as many
 
 /// The lines as kDarkHeader has them, as many as a browser takes.
@@ -44,7 +46,7 @@ PictureQueue::~PictureQueue() {
   }
   changed_.notify_all();
   thread_.join();
-  for (auto& [place, waiting] : waiting_) waiting.on_drawn({503, "the console ends", {}});
+  for (auto& [place, waiting] : waiting_) waiting.on_drawn({503, "the console ends", {}, {}});
 }
 
 void PictureQueue::draw(const PictureRequest& given, OnDrawn on_drawn) {
@@ -72,7 +74,7 @@ void PictureQueue::draw(const PictureRequest& given, OnDrawn on_drawn) {
                                                                   turn};
   }
   changed_.notify_all();
-  if (superseded) superseded({503, "superseded", {}});
+  if (superseded) superseded({503, "superseded", {}, {}});
 }
 
 MomentJpeg PictureQueue::drawNow(const PictureRequest& request) {
@@ -108,20 +110,38 @@ PictureQueue::Drawn PictureQueue::drawn(const PictureRequest& request, Painters&
                                         render::GlContext& context) {
   try {
     const auto behavior = store_.behavior(request.behavior);
-    if (!behavior) return {404, "there is no behavior of this id", {}};
-    const Picture picture(request.behavior, behavior->end.value_or(behavior->begin).ns,
-                          request.view, request.width, std::llround(request.t * kPerSecond));
+    if (!behavior) return {404, "there is no behavior of this id", {}, {}};
+    const Picture picture(
+        request.behavior, behavior->end.value_or(behavior->begin).ns, request.view, request.width,
+        request.at_first_light ? kFirstLight : std::llround(request.t * kPerSecond));
     const auto kept = kept_.find(picture);
     if (kept != kept_.end()) return kept->second;
-    MomentPainter& painter = painterFor(request, *behavior, painters, context);
-    painter.moveTo(request.t);
-    const Drawn drawn{200, "", painter.jpeg()};
+    Drawn drawn;
+    if (request.at_first_light) {
+      drawn = drawnAtLight(request, *behavior, context);
+    } else {
+      MomentPainter& painter = painterFor(request, *behavior, painters, context);
+      painter.moveTo(request.t);
+      drawn = {200, "", painter.jpeg(), request.t};
+    }
     if (behavior->end) keep(picture, drawn);
     return drawn;
   } catch (const std::exception& error) {
     painters.remove_if([&](const KeptPainter& kept) { return kept.behavior == request.behavior; });
-    return {503, std::string("no picture: ") + error.what(), {}};
+    return {503, std::string("no picture: ") + error.what(), {}, {}};
   }
+}
+
+/// A list wants one picture of each behavior: its painters are not kept in place of those that
+/// somebody scrubs with.
+PictureQueue::Drawn PictureQueue::drawnAtLight(const PictureRequest& request,
+                                               const replay::Behavior& behavior,
+                                               render::GlContext& context) const {
+  MomentPainter small(context, store_, behavior, settings_, PictureView::Projector, kSearched);
+  const auto t = small.moveToLight();
+  MomentPainter painter(context, store_, behavior, settings_, request.view, request.width);
+  painter.moveTo(t.value_or(0));
+  return {200, "", painter.jpeg(), t};
 }
 
 MomentPainter& PictureQueue::painterFor(const PictureRequest& request,
@@ -160,7 +180,11 @@ void PictureQueue::keep(const Picture& picture, const Drawn& drawn) {
 
 HttpResponse pictureResponse(const PictureQueue::Drawn& drawn) {
   if (drawn.status != 200) return errorResponse(drawn.status, drawn.problem);
-  return {200, "image/jpeg", drawn.picture.jpeg, {{kDarkHeader, headerOf(drawn.picture.dark)}}};
+  return {200,
+          "image/jpeg",
+          drawn.picture.jpeg,
+          {{kDarkHeader, headerOf(drawn.picture.dark)},
+           {kMomentHeader, drawn.t ? std::to_string(*drawn.t) : ""}}};
 }
 
 }  // namespace afterglow::nodes

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <tuple>
@@ -23,6 +24,10 @@ namespace afterglow::nodes {
 /// array of lines, in ASCII.
 constexpr const char* kDarkHeader = "Afterglow-Dark";
 
+/// The header that tells the picture's moment, in seconds since the behavior's begin; empty where
+/// its first lit moment was wanted and it has none.
+constexpr const char* kMomentHeader = "Afterglow-Moment";
+
 /// The newest request of each viewer, behavior and view wins: a request that waits is told 503
 /// "superseded". The last pictures are kept, and the last behaviors' painters, so that scrubbing
 /// forward goes on where it was. Any thread.
@@ -32,6 +37,7 @@ class PictureQueue {
     int status = 200;
     std::string problem;  ///< a line, unless the status is 200
     MomentJpeg picture;
+    std::optional<double> t;  ///< its moment; empty: no light was found, it is of the begin
   };
   using OnDrawn = std::function<void(const Drawn&)>;
 
@@ -66,6 +72,8 @@ class PictureQueue {
 
   void run();
   Drawn drawn(const PictureRequest& request, Painters& painters, render::GlContext& context);
+  Drawn drawnAtLight(const PictureRequest& request, const replay::Behavior& behavior,
+                     render::GlContext& context) const;
   MomentPainter& painterFor(const PictureRequest& request, const replay::Behavior& behavior,
                             Painters& painters, render::GlContext& context);
   void keep(const Picture& picture, const Drawn& drawn);

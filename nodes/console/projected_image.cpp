@@ -1,5 +1,6 @@
 #include "nodes/console/projected_image.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -11,25 +12,31 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr int kQuality = 80;
+constexpr int kQuality = 80, kWidest = 1280;
 // Shorter than the timer's period: no two questions at once.
 constexpr double kMasterPatience_s = 0.5;
 
-/// Returns the pixels as OpenCV writes them; throws HttpError 503 for what is no such image.
+/// Returns the pixels as OpenCV writes them, a wide image smaller; throws HttpError 503 for what is
+/// no such image.
 cv::Mat pixelsOf(const sensor_msgs::Image& image) {
-  const bool is_rgb = image.encoding == "rgb8";
-  if (!is_rgb && image.encoding != "bgr8") {
+  const bool is_rgb = image.encoding == "rgb8", is_gray = image.encoding == "mono8";
+  if (!is_rgb && !is_gray && image.encoding != "bgr8") {
     throw HttpError(503, "images of encoding '" + image.encoding + "' are not shown");
   }
-  const std::size_t row = std::size_t{image.width} * 3;
+  const std::size_t row = std::size_t{image.width} * (is_gray ? 1 : 3);
   const bool is_whole = image.width > 0 && image.height > 0 && image.width <= 1U << 14 &&
                         image.height <= 1U << 14 && image.step >= row &&
                         image.data.size() >= std::size_t{image.step} * image.height;
-  if (!is_whole) throw HttpError(503, "the projector's image is damaged");
-  const cv::Mat given(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC3,
-                      const_cast<unsigned char*>(image.data.data()), image.step);
+  if (!is_whole) throw HttpError(503, "the image is damaged");
+  const cv::Mat given(static_cast<int>(image.height), static_cast<int>(image.width),
+                      is_gray ? CV_8UC1 : CV_8UC3, const_cast<unsigned char*>(image.data.data()),
+                      image.step);
   cv::Mat pixels = given;
   if (is_rgb) cv::cvtColor(given, pixels, cv::COLOR_RGB2BGR);
+  if (pixels.cols > kWidest) {
+    cv::resize(pixels, pixels, {kWidest, std::max(1, kWidest * pixels.rows / pixels.cols)}, 0, 0,
+               cv::INTER_AREA);
+  }
   return pixels;
 }
 

@@ -1,5 +1,5 @@
 /// \file
-/// The projector's newest image, for /api/projected.
+/// The newest image of the projector or of a camera, for /api/projected and /api/camera.
 #pragma once
 
 #include <ros/ros.h>

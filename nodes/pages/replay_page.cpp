@@ -316,7 +316,8 @@ PageData facts(const PlayReport& report) {
   return all;
 }
 
-PageData troubles(const PlayReport& report) {
+/// Returns what went wrong, each with its subject.
+std::vector<NoticeItem> failuresOf(const PlayReport& report) {
   std::vector<NoticeItem> items;
   for (const auto& [modality, failed] : report.failures) {
     items.push_back(
@@ -324,19 +325,45 @@ PageData troubles(const PlayReport& report) {
          failed.first +
              (failed.count > 1 ? " (" + std::to_string(failed.count) + " times)" : "")});
   }
+  if (report.goals.failed > 0) {
+    items.push_back({"goals", replay::counted(report.goals.failed, "goal") + " failed"});
+  }
+  for (const auto& [topic, played] : report.topics) {
+    if (!topic.isPlayed() || played.skipped + played.refused == 0) continue;
+    items.push_back({topic.channel.topic,
+                     fmt::format("{} skipped, {} refused{}{}", played.skipped, played.refused,
+                                 played.problem.empty() ? "" : ": ", played.problem)});
+  }
+  return items;
+}
+
+/// Returns what one should know, and is no failure.
+std::vector<NoticeItem> remarksOf(const PlayReport& report) {
+  std::vector<NoticeItem> items;
   for (const std::string& note : report.notes) items.push_back({"", note});
   if (report.body_end) {
     for (const std::string& remark : report.body_end->remarks) items.push_back({"", remark});
   }
-  if (report.is_complete && items.empty()) return nullptr;
-  return notice(report.is_complete ? "" : "Stopped: " + report.reason, items, !report.is_complete);
+  return items;
+}
+
+/// Returns the first line of a report: whether it went as it was recorded.
+PageData verdict(const PlayReport& report, std::size_t failures) {
+  if (!report.is_complete) return {{"text", "Stopped: " + report.reason}, {"look", "bad"}};
+  if (failures == 0) return {{"text", "Completed, without a failure"}, {"look", "good"}};
+  return {{"text", "Completed, with " + replay::counted(failures, "failure")}, {"look", "careful"}};
+}
+
+PageData noticeOf(const std::string& heading, const std::vector<NoticeItem>& items, bool is_bad) {
+  return items.empty() ? PageData() : notice(heading, items, is_bad);
 }
 
 std::string under(const PlayReport& report, const std::string& date) {
-  return (report.is_complete ? "Completed" : "Stopped") +
-         std::string(date.empty() ? "" : " · " + date) +
-         (report.rate == 1 ? "" : fmt::format(" · at rate {:g}", report.rate)) +
-         (report.scheduling.empty() ? "" : " · scheduling " + report.scheduling);
+  std::vector<std::string> parts;
+  if (!date.empty()) parts.push_back(date);
+  if (report.rate != 1) parts.push_back(fmt::format("at rate {:g}", report.rate));
+  if (!report.scheduling.empty()) parts.push_back("scheduling " + report.scheduling);
+  return fmt::format("{}", fmt::join(parts, " · "));
 }
 
 // ------------------------------------------------------------------------------------ the sections
@@ -425,10 +452,13 @@ void addTopics(const PlayReport& report, PageData& data) {
 }
 
 PageData replayData(const PlayReport& report, const std::string& date) {
+  const std::vector<NoticeItem> failures = failuresOf(report);
   PageData data = {{"title", "Replay of " + report.behavior_name + " (" +
                                  std::to_string(report.behavior_id) + ")"},
                    {"under", under(report, date)},
-                   {"troubles", troubles(report)},
+                   {"verdict", verdict(report, failures.size())},
+                   {"failures", noticeOf("What failed", failures, true)},
+                   {"remarks", noticeOf("Good to know", remarksOf(report), false)},
                    {"facts", facts(report)},
                    {"lanes", lanePlot(report)},
                    {"lateness", latenessPlot(report)},

@@ -327,8 +327,11 @@ ReplayStatus PlayerNode::status() const {
   if (session_) {
     const replay::PlayPlan& plan = session_->plan();
     const replay::PlayProgress progress = session_->progress();
-    status.state = progress.state == replay::PlayProgress::State::Paused ? ReplayStatus::PAUSED
-                                                                         : ReplayStatus::PLAYING;
+    using State = replay::PlayProgress::State;
+    const bool is_on_its_way = progress.state == State::Idle && session_->goesToStart();
+    status.state = is_on_its_way                     ? ReplayStatus::TO_START
+                   : progress.state == State::Paused ? ReplayStatus::PAUSED
+                                                     : ReplayStatus::PLAYING;
     status.behavior_id = plan.behavior.id;
     status.behavior_name = plan.behavior.name;
     status.rate = progress.rate;

@@ -75,6 +75,29 @@ void writeWav(const std::string& path, const Sound& sound, double volume) {
   }
 }
 
+std::string wavOf(const Sound& sound) {
+  std::string bytes = "RIFF";
+  const auto put = [&bytes](std::size_t number, int size) {
+    for (int i = 0; i < size; ++i) bytes += static_cast<char>(number >> (8 * i) & 0xFF);
+  };
+  const auto rate = static_cast<std::size_t>(sound.sample_rate);
+  const auto frame = static_cast<std::size_t>(sound.channels) * sizeof(std::int16_t);
+  const std::size_t size = sound.samples.size() * sizeof(std::int16_t);
+  put(36 + size, 4);
+  bytes += "WAVEfmt ";
+  put(16, 4);
+  put(1, 2);  // PCM
+  put(static_cast<std::size_t>(sound.channels), 2);
+  put(rate, 4);
+  put(rate * frame, 4);
+  put(frame, 2);
+  put(16, 2);
+  bytes += "data";
+  put(size, 4);
+  for (const std::int16_t sample : sound.samples) put(static_cast<std::uint16_t>(sample), 2);
+  return bytes;
+}
+
 std::shared_ptr<const Sound> builtInSound(int number) {
   if (number < 1 || number > static_cast<int>(std::size(kTones))) return nullptr;
   auto sound = std::make_shared<Sound>(Sound{kRate, 1, {}});

@@ -26,6 +26,9 @@ Sound readWav(const std::string& path);
 /// Writes 16-bit PCM; `volume` 0..1 scales the samples. Throws std::runtime_error with the path.
 void writeWav(const std::string& path, const Sound& sound, double volume = 1);
 
+/// Returns the bytes of such a file.
+std::string wavOf(const Sound& sound);
+
 /// BACKINGUP (1) to NEEDS_PLUGGING_BADLY (5): beeps, told apart by pitch and number, and followed
 /// by a rest, to be looped. Null for other numbers.
 std::shared_ptr<const Sound> builtInSound(int number);

@@ -85,7 +85,9 @@ void WatchView::take(const std::string& node, const ReplayStatus& status, std::i
   std::string text = "idle";
   if (!is_idle) {
     text = fmt::format("{} behavior {} '{}', {:.1f} of {:.1f} s at rate {:.2f}",
-                       status.state == ReplayStatus::PAUSED ? "paused in" : "playing",
+                       status.state == ReplayStatus::PAUSED     ? "paused in"
+                       : status.state == ReplayStatus::TO_START ? "on its way to the start of"
+                                                                : "playing",
                        status.behavior_id, status.behavior_name, status.position, status.duration,
                        status.rate);
   }

@@ -209,7 +209,8 @@ class Handler(BaseHTTPRequestHandler):
     def look(self, parts, query):
         every = self.server.behaviors
         asked = parts[-1]
-        self.server.asked[asked] = self.server.asked.get(asked, 0) + 1
+        counted = "thumbnail" if query.get("t") == "lit" else asked
+        self.server.asked[counted] = self.server.asked.get(counted, 0) + 1
         if asked in self.server.failing:
             return 503, {"error": self.server.failing[asked]}
         if parts == ["about"]:
@@ -225,8 +226,8 @@ class Handler(BaseHTTPRequestHandler):
             page = "<!doctype html><html><title>Report</title><h1>Replay</h1>" + "<p>/tf was 3 s old</p>" * 40 + "</html>"
             more = [("Content-Security-Policy", POLICY.replace("'none'", "'self'"))]
             return 200, page.encode(), "text/html", more
-        if parts == ["projected"]:
-            return 200, picture("projector", 10), "image/svg+xml"
+        if parts in (["projected"], ["camera"]):
+            return 200, picture(parts[0], 10), "image/svg+xml"
         if parts == ["calendar"]:
             days = {}
             for one in every:
@@ -242,9 +243,20 @@ class Handler(BaseHTTPRequestHandler):
         if one is None:
             return 404, {"error": f"there is no behavior {parts[1]}"}
         if parts[2:] == ["picture"]:
+            more = [("Afterglow-Dark", json.dumps(self.server.dark))]
+            if query["t"] == "lit":
+                self.server.thumbnails.append(one["id"])
+                lit = self.server.first_light
+                return 200, picture(query["view"], lit or 0), "image/svg+xml", [*more, ("Afterglow-Moment", lit or "")]
             self.server.pictures.append((query["view"], float(query["t"])))
-            dark = [("Afterglow-Dark", json.dumps(self.server.dark))]
-            return 200, picture(*self.server.pictures[-1]), "image/svg+xml", dark
+            return 200, picture(*self.server.pictures[-1]), "image/svg+xml", more
+        if parts[2:] == ["values"]:
+            begin, end = float(query["from"]), min(float(query["to"]), one["duration"])
+            times = [begin + at * (end - begin) / 100 for at in range(101)]
+            return 200, {"t": times, "whole": True, "fields": {
+                "angular.z": [-0.1] * 101, "linear.x": [0.2 + t for t in times]}}
+        if parts[2:] == ["sound"]:
+            return 200, b"RIFF", "audio/wav"
         if parts[2:] == ["message"]:
             return 200, {"t": float(query["t"]), "type": "geometry_msgs/Twist", "value": {
                 "linear": {"x": 0.2 + float(query["t"]), "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": -0.1},
@@ -295,6 +307,7 @@ class PretendConsole(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", port), Handler)
         self.behaviors, self.robot, self.closing = behaviors(many), Robot(), threading.Event()
         self.why_no_render, self.pictures = "", []  # what was asked for: (view, t)
+        self.thumbnails, self.first_light = [], None  # whose first lit moment was asked for, and when it is
         self.dark = []  # what no picture shows, and why
         self.asked, self.failing = {}, {}  # by the last word of an address: how often it was asked for; the answer 503
         self.url = f"http://127.0.0.1:{self.server_port}/"

@@ -50,6 +50,15 @@ TEST_F(Session, waitsForTheCamera) {
   EXPECT_EQ(session_.state().phase, "collecting");
 }
 
+TEST_F(Session, tellsWhereABoardShouldBeHeldNext) {
+  session_.begin(camera());
+  const std::vector<std::string> lit = session_.state().lit;
+  ASSERT_EQ(lit.size(), 10u);
+  EXPECT_EQ(lit[0], "+++++...........");
+  EXPECT_EQ(lit[2], lit[0]);
+  EXPECT_EQ(lit[3], "................");
+}
+
 TEST_F(Session, doesNotBeginOnceStopped) {
   EXPECT_EQ(session_.stop().message, "nothing was running");
   session_.begin(camera());

@@ -67,15 +67,14 @@ class Console : public testing::Test {
   Console() : store_(replay::openStore(path_, replay::OpenMode::ReadWrite)) {
     const auto recording = store_->addRecording({0, "", "robot", ""});
     const auto sound = store_->addChannel(recording, soundChannel());
-    const auto goal = store_->addChannel(
+    goal_ = store_->addChannel(
         recording, {"/arm/goal", "my_msgs/ArmActionGoal", "1", kGoalDefinition, false, "/task"});
-    const auto result = store_->addChannel(
-        recording,
-        {"/arm/result", "my_msgs/ArmActionResult", "2", kResultDefinition, false, "/arm"});
-    store_->append({sentence(sound, 101, "I take the gear for Zo\xc3\xab"), goalMessage(goal, 102),
-                    resultMessage(result, 104, 4, "too far"),
-                    sentence(sound, 201, "<b>I have it</b>"), goalMessage(goal, 202),
-                    resultMessage(result, 203, 3, "")});
+    result_ = store_->addChannel(recording, {"/arm/result", "my_msgs/ArmActionResult", "2",
+                                             kResultDefinition, false, "/arm"});
+    store_->append({sentence(sound, 101, "I take the gear for Zo\xc3\xab"), goalMessage(goal_, 102),
+                    resultMessage(result_, 104, 4, "too far"),
+                    sentence(sound, 201, "<b>I have it</b>"), goalMessage(goal_, 202),
+                    resultMessage(result_, 203, 3, "")});
     failed_ = add(recording, 100, "failure", R"({"part": "gear"})");
     succeeded_ = add(recording, 200, "success", R"({"part": "bolt"})");
     index_ = std::make_unique<BehaviorIndex>(*store_);
@@ -109,6 +108,7 @@ class Console : public testing::Test {
   HttpResponse send(HttpRequest request, const std::string& token = "") {
     request.headers.emplace("host", "localhost:8080");
     ConsoleApi api(*store_, *index_, ConsoleAccess(token, {}), {"1", "a store", "no pictures"});
+    if (speak_) api.setSpeech(speak_);
     HttpResponse answer{0, "", "never answered"};
     api.answer(request, [&answer](HttpResponse response) { answer = std::move(response); });
     return answer;
@@ -132,6 +132,8 @@ class Console : public testing::Test {
   }
 
   TempFolder folder_;
+  std::int64_t goal_ = 0, result_ = 0;  ///< channels
+  Speak speak_;
   const std::string path_ = folder_.path("store.db");
   std::unique_ptr<replay::Store> store_;
   std::int64_t failed_ = 0, succeeded_ = 0;
@@ -166,15 +168,45 @@ TEST_F(Console, tellsABehaviorAsAStory) {
   const json detail = answer("/api/behaviors/" + std::to_string(failed_));
   std::vector<std::string> texts;
   for (const auto& entry : detail["story"]) texts.push_back(entry["text"]);
-  EXPECT_EQ(texts, (std::vector<std::string>{
-                       "began pick (part: gear)", "said \"I take the gear for Zo\xc3\xab\"",
-                       "arm aborted after 2.0 s: too far", "failure after 8.0 s"}));
+  EXPECT_EQ(texts,
+            (std::vector<std::string>{
+                "began pick (part: gear)", "said \"I take the gear for Zo\xc3\xab\"",
+                "did not move the arm: aborted after 2.0 s: too far", "failure after 8.0 s"}));
   EXPECT_EQ(detail["lanes"][0]["topic"], "/arm/goal");
   EXPECT_EQ(detail["lanes"][0]["spans"][0]["from"], 2.0);
   EXPECT_EQ(detail["lanes"][0]["spans"][0]["to"], 4.0);
   EXPECT_EQ(detail["lanes"][0]["spans"][0]["text"], "goal 1: aborted (too far)");
   EXPECT_EQ(detail["said"][0]["t"], 1.0);
   EXPECT_EQ(detail["begin"], "100000000000");
+}
+
+TEST_F(Console, tellsGoalsThatFollowedOneAnotherAsOne) {
+  store_->append({goalMessage(goal_, 204), resultMessage(result_, 205, 3, "")});
+  index_->read();
+  const json detail = answer("/api/behaviors/" + std::to_string(succeeded_));
+  EXPECT_EQ(detail["story"][2]["text"], "moved the arm 2 times in 3.0 s");
+  EXPECT_EQ(detail["story"][2]["t"], 2.0);
+}
+
+TEST_F(Console, tellsNumbersOverTime) {
+  const std::string path = "/api/behaviors/" + std::to_string(failed_) + "/values?topic=";
+  const json told = answer(path + "/arm/result");
+  EXPECT_EQ(told["t"], json::array({4.0}));
+  EXPECT_EQ(told["fields"]["status.status"], json::array({4.0}));
+  EXPECT_FALSE(told["fields"].contains("header.seq"));
+  EXPECT_TRUE(told["whole"]);
+  EXPECT_TRUE(answer(path + "/arm/result&from=4.1")["t"].empty());
+  EXPECT_TRUE(answer(path + "/none")["t"].empty());
+  EXPECT_EQ(error(path, 400), "topic is missing");
+  EXPECT_EQ(error(path + "/arm/result&to=x", 400), "to should be a number of seconds");
+}
+
+TEST_F(Console, speaksWhatWasSaid) {
+  const std::string path = "/api/behaviors/" + std::to_string(failed_) + "/sound";
+  EXPECT_EQ(error(path, 404), "there is nothing at this address");
+  speak_ = [](const std::string& text) { return "spoken: " + text; };
+  EXPECT_EQ(get(path + "?n=0").body, "spoken: I take the gear for Zo\xc3\xab");
+  EXPECT_EQ(error(path + "?n=1", 404), "it said nothing of this number");
 }
 
 TEST_F(Console, saysWhatTwoBehaviorsHaveNotInCommon) {

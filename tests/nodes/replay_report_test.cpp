@@ -51,6 +51,23 @@ TEST(ReplayPage, showsWhatWasMeasured) {
   }
 }
 
+TEST(ReplayPage, beginsWithAVerdictAndTellsFailuresApartFromFacts) {
+  replay::PlayReport report = test::madeUpReplay();
+  report.notes.push_back("the base was driven to the start");
+  const std::string page = replayPage({report}, "");
+  const auto at = [&page](const std::string& part) { return page.find(part); };
+  ASSERT_NE(at("<p class=\"verdict careful\">Completed, with "), std::string::npos);
+  EXPECT_LT(at("verdict careful"), at("What failed"));
+  EXPECT_LT(at("What failed"), at("/points</strong>: 0 skipped, 2 refused: points: 12 bytes"));
+  EXPECT_LT(at("What failed"), at("class=\"facts\""));
+  EXPECT_LT(at("Good to know"), at("the base was driven to the start"));
+  EXPECT_LT(at("class=\"facts\""), at("Good to know"));
+  report.failures.clear();
+  report.goals.failed = 0;
+  for (auto& [topic, played] : report.topics) played.skipped = played.refused = 0;
+  EXPECT_TRUE(has(replayPage({report}, ""), "verdict good\">Completed, without a failure."));
+}
+
 TEST(ReplayPage, saysWhoStopsTheRobotWhenThePlayerIsGone) {
   replay::PlayReport report = test::madeUpReplay();
   report.guards = replay::PlayGuards{62.4, 2.1, 0, {}};

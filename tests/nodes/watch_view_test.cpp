@@ -102,6 +102,11 @@ TEST(WatchView, saysWhatAPlayerWaitsFor) {
   EXPECT_EQ(view.lines(kStart).at(0).words(),
             "warning  player_node: player: playing behavior 3 'pick', 1.5 of 7.0 s at rate 1.00; "
             "the base waits: something is in its way");
+  status.state = ReplayStatus::TO_START;
+  status.message.clear();
+  view.take("player_node", status, kStart);
+  const std::string text = view.lines(kStart).at(0).text;
+  EXPECT_EQ(text.find("on its way to the start of behavior 3 'pick'"), 0u) << text;
 }
 
 TEST(WatchLine, isOfTheSameKindWhileOnlyItsNumbersChange) {
