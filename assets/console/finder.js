@@ -3,11 +3,11 @@
 import {get} from './api.js';
 import {button, element, put, refill} from './dom.js';
 import {count, duration, friendlyTime, localTime} from './format.js';
+import {KEPT} from './route.js';
 import {Thumbnails} from './thumbnails.js';
 import {VirtualList} from './virtual_list.js';
 
 const ROW_HEIGHT = 68;  // px, as style.css has it
-const KEYS = ['q', 'name', 'outcome', 'day', 'where'];
 const DAY_MS = 86400000;
 const OUTCOMES = ['success', 'failure', 'exception', 'halted'];
 
@@ -71,7 +71,7 @@ export class Finder {
   follow(now) {
     if (this.input.value !== (now.params.q || '')) this.input.value = now.params.q || '';
     this.showFilters();
-    const asked = JSON.stringify(KEYS.map((key) => now.params[key] || ''));
+    const asked = JSON.stringify(KEPT.map((key) => now.params[key] || ''));
     if (asked !== this.asked) {
       this.asked = asked;
       this.reload();
@@ -87,14 +87,14 @@ export class Finder {
     }
     this.day.value = params.day || '';
     if (document.activeElement !== this.where) this.where.value = params.where || '';
-    const used = KEYS.slice(1).filter((key) => params[key]);
+    const used = KEPT.filter((key) => !['q', 'until'].includes(key) && params[key]);
     this.filters.querySelector('summary').textContent = used.length ? `Filters (${used.length})` : 'Filters';
   }
 
-  /** The search as the server takes it: a day is one of the robot's, wherever the browser is. */
+  /** The search as the server takes it: a day, before a range, is one of the robot's, wherever the browser is. */
   async query() {
-    const {q, name, outcome, day, where} = this.route.now.params;
-    if (!day) return {q, name, outcome, where};
+    const {q, name, outcome, day, since, until, where} = this.route.now.params;
+    if (!day) return {q, name, outcome, where, from: since, to: until};
     if (!this.zones) await this.days();
     const from = Date.parse(`${day}T00:00:00${this.zones.get(day) ?? ''}`);
     const ns = (ms) => `${ms}000000`;

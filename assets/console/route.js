@@ -4,8 +4,8 @@
  */
 
 const VIEWS = {find: 0, when: 0, behavior: 1, compare: 2, replay: 1, live: 0, calibrate: 0};
-/** What of the address stays when another view is opened: the search. */
-const KEPT = ['q', 'name', 'outcome', 'day', 'where'];
+/** What of the address stays when another view is opened: the search. `since`, `until`: nanoseconds. */
+export const KEPT = ['q', 'name', 'outcome', 'day', 'since', 'until', 'where'];
 
 /** {view, ids: [number], params: {}} of an address; what makes no sense is the list. */
 export function parse(hash) {

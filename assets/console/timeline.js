@@ -6,6 +6,7 @@ import {count, duration, localTime, secondsBetween, tickStep} from './format.js'
 const ROW = 20;  // px
 const LEAST = 5;  // px that a bar has at least
 const MOST_ROWS = 12;
+const LEAST_DRAG = 6;  // px; less is a click
 
 /** Where each bar goes: the first row where it meets no other. */
 export function pack(bars) {
@@ -25,7 +26,10 @@ export class Timeline {
     this.behaviors = [];
     this.title = element('h2', {}, 'Timeline');
     this.under = element('p', {class: 'soft'});
-    this.plot = element('div', {class: 'timeline'});
+    this.plot = element('div', {class: 'timeline', on: {pointerdown: (event) => this.grabbed(event),
+      pointermove: (event) => this.dragged(event), pointerup: (event) => this.dropped(event)}});
+    this.span = drawn('rect', {class: 'chosen-range', y: 16, width: 0});
+    this.from = null;  // px, where a drag began
     this.place = element('section', {}, this.title, this.under, this.plot);
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.plot);
@@ -56,7 +60,36 @@ export class Timeline {
     refill(this.plot, drawn('svg', {viewBox: `0 0 ${width} ${height}`, width, height, role: 'img',
       'aria-label': `Timeline of ${count(bars.length, 'behavior')}, ${localTime(first)} to ` +
         `${localTime(last)}. The list has them all.`},
-    this.ticks(first, span, scale, height, width), bars.map((bar) => this.bar(bar))));
+    this.ticks(first, span, scale, height, width), bars.map((bar) => this.bar(bar)), this.span));
+    this.span.setAttribute('height', height);
+    this.stampAt = (x) => (BigInt(first.begin) + BigInt(Math.round((x / scale) * 1e9))).toString();
+  }
+
+  x(event) {
+    const {left, width} = this.plot.getBoundingClientRect();
+    return Math.min(Math.max(event.clientX - left, 0), width);
+  }
+
+  grabbed(event) {
+    if (event.button === 0 && this.behaviors.length) this.from = this.x(event);
+  }
+
+  dragged(event) {
+    if (this.from === null || !(event.buttons & 1)) return;
+    const to = this.x(event);
+    if (Math.abs(to - this.from) < LEAST_DRAG) return;
+    this.plot.setPointerCapture(event.pointerId);  // a bar that is let go over is not opened
+    this.span.setAttribute('x', Math.min(this.from, to));
+    this.span.setAttribute('width', Math.abs(to - this.from));
+  }
+
+  dropped(event) {
+    const {from} = this;
+    const to = this.x(event);
+    this.from = null;
+    this.span.setAttribute('width', 0);
+    if (from === null || Math.abs(to - from) < LEAST_DRAG) return;
+    this.route.search({day: '', since: this.stampAt(Math.min(from, to)), until: this.stampAt(Math.max(from, to))});
   }
 
   bar({one, x, width, row}) {
