@@ -276,7 +276,7 @@ void Ros2BridgeNode::publishDiagnostics() {
   array.header.stamp = ros::Time::now();
   diagnostic_msgs::DiagnosticStatus& status = array.status.emplace_back();
   status.name = ros::this_node::getName().substr(1);
-  status.hardware_id = "ros2_bridge";
+  status.hardware_id = kBridgeHardware;
   std::size_t to_ros1 = 0, to_ros2 = 0;
   {
     const std::lock_guard<std::mutex> lock(carried_mutex_);

@@ -11,6 +11,9 @@
 
 namespace afterglow::nodes {
 
+/// The hardware of a bridge to ROS 2.
+inline constexpr const char* kBridgeHardware = "ros2_bridge";
+
 void addValue(diagnostic_msgs::DiagnosticStatus& status, const std::string& key,
               const std::string& value);
 

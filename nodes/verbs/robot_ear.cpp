@@ -14,6 +14,7 @@
 #include <memory>
 
 #include "nodes/tools/callback_thread.hpp"
+#include "nodes/tools/diagnostics.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "replay/motion/stops/stop_field.hpp"

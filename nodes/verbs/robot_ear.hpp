@@ -19,9 +19,6 @@
 
 namespace afterglow::nodes {
 
-/// The hardware that a bridge to ROS 2 says it is on /diagnostics.
-constexpr const char* kBridgeHardware = "ros2_bridge";
-
 /// The messages heard on a topic.
 struct HeardTopic {
   std::size_t count = 0;

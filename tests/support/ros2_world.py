@@ -1,6 +1,7 @@
 """A network that has loopback alone, with a master, ros2_bridge_node and nodes of rclpy in it.
 
-To be imported before rospy: it starts the program anew in that network."""
+To be imported before rospy: it starts the program anew in that network. rclpy is Kilted's, or that of the distribution
+that AFTERGLOW_TEST_ROS2 names (jazzy)."""
 import json
 import os
 import shutil
@@ -13,7 +14,9 @@ import time
 HERE = os.path.dirname(os.path.abspath(__file__))
 BUILD = os.path.abspath(sys.argv[1])
 BRIDGE = os.path.join(BUILD, "bin", "ros2_bridge_node")
-PYTHON = os.path.join(BUILD, "python_ros2", "bin", "python")
+DISTRIBUTION = os.environ.get("AFTERGLOW_TEST_ROS2", "kilted")
+ROS2 = os.path.join(BUILD, "python_ros2" if DISTRIBUTION == "kilted" else "python_ros2_" + DISTRIBUTION)
+PYTHON = os.path.join(ROS2, "bin", "python")
 sys.path[:0] = [HERE, "/usr/lib/python3/dist-packages"]
 from free_port import free_port  # noqa: E402
 
@@ -26,7 +29,7 @@ def why_not():
     if not os.path.exists(BRIDGE):
         return "no bridge was built: Fast DDS is not here"
     if not os.path.exists(PYTHON):
-        return "no rclpy in build/python_ros2; nodes/setup --tests gets it from PyPI"
+        return "no rclpy in {}; nodes/setup --tests gets it from PyPI".format(ROS2)
     if os.geteuid() != 0 or not shutil.which("ip"):
         return "a network of its own needs root and ip (iproute2)"
     return ""
@@ -55,10 +58,12 @@ def until(condition, what):
 
 
 class Ros2Node:
-    """A program of rclpy."""
-    def __init__(self, name, *arguments):
-        environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-        self.process = subprocess.Popen([PYTHON, os.path.join(HERE, "ros2_peer.py"), name, *arguments],
+    """A program of rclpy; `variables` of its environment replace this program's, None: it has none. `inside`: a command
+    that runs it elsewhere."""
+    def __init__(self, name, *arguments, inside=(), **variables):
+        environment = {key: value for key, value in dict(os.environ, PYTHONPATH=None, **variables).items()
+                       if value is not None}
+        self.process = subprocess.Popen([*inside, PYTHON, os.path.join(HERE, "ros2_peer.py"), name, *arguments],
                                         env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True)
         self.process.stdout.readline()
 

@@ -44,5 +44,7 @@ def main():
     ran = unittest.main(argv=sys.argv[:1], testRunner=runner, exit=False)
     kind, _, folder = os.environ.get("GTEST_OUTPUT", "").partition(":")
     if kind == "xml":
-        ET.ElementTree(ran.result.suite).write(os.path.join(folder, os.path.basename(sys.argv[0]) + ".xml"))
+        # A file that runs again with another distribution of ROS 2 has a report for each.
+        name = os.path.basename(sys.argv[0]) + os.environ.get("AFTERGLOW_TEST_ROS2", "")
+        ET.ElementTree(ran.result.suite).write(os.path.join(folder, name + ".xml"))
     sys.exit(not ran.result.wasSuccessful())
