@@ -22,6 +22,7 @@ namespace {
 constexpr auto kMasterLook = std::chrono::milliseconds(500);
 constexpr auto kAnswerLook = std::chrono::milliseconds(20);
 constexpr int kMostDepth = 1000;
+const std::string kAlone = "meets no node of ROS 2 in ";
 
 /// The endpoint whose type the topic is carried as: of the type that it has already, else the
 /// first.
@@ -36,6 +37,15 @@ bool isVelocity(const std::vector<DdsEndpoint>& readers) {
     const auto type = replay::typeOfDds(reader.type);
     return type && !replay::otherTwist(replay::ros1TypeName(*type)).empty();
   });
+}
+
+std::string textOf(const replay::Ros2Network& network) {
+  return "domain " + std::to_string(network.domain) +
+         (network.is_subnet ? ", subnet" : ", machine");
+}
+
+bool isOfNode(const DdsEndpoint& endpoint) {
+  return !endpoint.qos.is_carried && replay::topicOfDds(endpoint.topic).has_value();
 }
 
 template <typename Carried>
@@ -73,8 +83,7 @@ Ros2BridgeNode::Ros2BridgeNode(const Ros2BridgeOptions& options)
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   mark_ = node_.advertise<std_msgs::String>(ros::this_node::getName() + kRos2BridgeMark, 1, true);
   std_msgs::String network;
-  network.data = "domain " + std::to_string(options.network.domain) +
-                 (options.network.is_subnet ? ", subnet" : ", machine");
+  network.data = textOf(options.network);
   mark_.publish(network);
   timer_ = node_.createSteadyTimer(ros::WallDuration(1.0),
                                    [this](const auto&) { publishDiagnostics(); });
@@ -132,10 +141,7 @@ void Ros2BridgeNode::askRos1() {
 }
 
 void Ros2BridgeNode::announce(const std::vector<DdsEndpoint>& all) {
-  const bool has_nodes = std::any_of(all.begin(), all.end(), [](const auto& one) {
-    return !one.qos.is_carried && replay::topicOfDds(one.topic).has_value();
-  });
-  if (announcement_ || !has_nodes) return;
+  if (announcement_) return;
   const bool is_before_iron =
       std::all_of(all.begin(), all.end(), [](const auto& one) { return one.type_hash.empty(); });
   const DdsGuid guid = participant_.guid();
@@ -147,7 +153,8 @@ void Ros2BridgeNode::announce(const std::vector<DdsEndpoint>& all) {
 
 bool Ros2BridgeNode::look() {
   const std::vector<DdsEndpoint> all = participant_.endpoints();
-  announce(all);
+  const bool has_nodes = std::any_of(all.begin(), all.end(), isOfNode);
+  if (has_nodes) announce(all);
   std::map<std::string, Sides> ros2;
   for (const DdsEndpoint& endpoint : all) {
     const auto topic = replay::topicOfDds(endpoint.topic);
@@ -162,6 +169,7 @@ bool Ros2BridgeNode::look() {
     if (!sides.readers.empty() && is_wanted) from_ros1.insert(topic);
   }
   const std::lock_guard<std::mutex> lock(carried_mutex_);
+  is_alone_ = !has_nodes;
   eraseUnlessIn(to_ros2_, from_ros1);
   eraseUnlessIn(to_ros1_, from_ros2);
   bool is_settled = actions_.look(all);
@@ -271,7 +279,15 @@ bool Ros2BridgeNode::toRos2(const std::string& topic, const std::vector<DdsEndpo
   return carried->update(ros1_.otherPublishers(topic), static_cast<std::size_t>(alike));
 }
 
+void Ros2BridgeNode::tellWhetherAlone() {
+  const std::lock_guard<std::mutex> lock(carried_mutex_);
+  if (is_alone_ && !was_alone_) ROS_WARN_STREAM(kAlone << textOf(options_.network));
+  if (!is_alone_ && was_alone_) ROS_INFO_STREAM("meets ROS 2 in " << textOf(options_.network));
+  was_alone_ = is_alone_;
+}
+
 void Ros2BridgeNode::publishDiagnostics() {
+  tellWhetherAlone();
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = ros::Time::now();
   diagnostic_msgs::DiagnosticStatus& status = array.status.emplace_back();
@@ -293,11 +309,13 @@ void Ros2BridgeNode::publishDiagnostics() {
   for (const auto& [topic, count] : bad) {
     addValue(status, topic, replay::counted(count, "message") + " left out");
   }
-  status.level = whys.empty() && bad.empty() ? diagnostic_msgs::DiagnosticStatus::OK
-                                             : diagnostic_msgs::DiagnosticStatus::WARN;
+  const bool is_well = whys.empty() && bad.empty() && !was_alone_;
+  status.level =
+      is_well ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
   status.message = "carries " + replay::counted(to_ros1, "topic") + " to ROS 1, " +
                    std::to_string(to_ros2) + " to ROS 2";
   if (!whys.empty()) status.message += "; refuses " + std::to_string(whys.size());
+  if (was_alone_) status.message = kAlone + textOf(options_.network);
   diagnostics_.publish(array);
 }
 

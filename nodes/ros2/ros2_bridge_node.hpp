@@ -56,7 +56,7 @@ class Ros2BridgeNode {
   void work();
   /// Brings what is carried in line with both graphs. Returns false if an answer is awaited.
   bool look();
-  /// Tells the graph of ROS 2 of this node, once there is one.
+  /// Tells the graph of ROS 2 of this node.
   void announce(const std::vector<DdsEndpoint>& all);
   void askRos1();
   bool toRos1(const std::string& topic, const std::vector<DdsEndpoint>& writers,
@@ -67,6 +67,8 @@ class Ros2BridgeNode {
   TopicToRos2::Options optionsToRos2(const std::string& topic, const std::string& ros2_type,
                                      const std::vector<DdsEndpoint>& readers) const;
   void publishDiagnostics();
+  /// Says once that no node of ROS 2 is there, and once that there are some again.
+  void tellWhetherAlone();
 
   const Ros2BridgeOptions options_;
   ros::NodeHandle node_;
@@ -80,12 +82,14 @@ class Ros2BridgeNode {
   MasterLink master_;
   RosGraph ros1_;  ///< as the master told last
   std::map<std::string, std::string> ros1_types_;
-  std::mutex carried_mutex_;  ///< the next three, which diagnostics count
+  std::mutex carried_mutex_;  ///< the next four, of which diagnostics tell
+  bool is_alone_ = false;     ///< no node of ROS 2 is there
   std::map<std::string, std::unique_ptr<TopicToRos1>> to_ros1_;
   std::map<std::string, std::unique_ptr<TopicToRos2>> to_ros2_;
   Ros2Actions actions_;
   ros::Publisher diagnostics_, mark_;
   ros::SteadyTimer timer_;
+  bool was_alone_ = false;  ///< as it was said last
   std::thread thread_;  ///< last: uses all of the above
 };
 

@@ -203,7 +203,12 @@ Checkup checkBridge(const diagnostic_msgs::DiagnosticStatus& bridge) {
   if (refused.empty() && bridge.level == diagnostic_msgs::DiagnosticStatus::OK) {
     return Checkup::ok(name, found);
   }
-  return Checkup::advise(name, refused.empty() ? found : found + ": " + someOf(refused),
+  if (refused.empty()) {
+    return Checkup::advise(name, found,
+                           "start the robot; ROS_DOMAIN_ID is the robot's, and another machine's "
+                           "wants network:=subnet");
+  }
+  return Checkup::advise(name, found + ": " + someOf(refused),
                          "nodes/ros2/README.md says what is refused");
 }
 

@@ -118,7 +118,9 @@ Ros2Network ros2Network(const std::string& asked,
   network.domain = domainOf(variable("ROS_DOMAIN_ID"));
   if (asked.empty()) {
     const char* range = variable("ROS_AUTOMATIC_DISCOVERY_RANGE");
-    network.is_subnet = isSubnet(range ? range : "");
+    const char* is_local = variable("ROS_LOCALHOST_ONLY");  // until Humble; it prevails later on
+    network.is_subnet =
+        isSubnet(range ? range : "") && std::string(is_local ? is_local : "") != "1";
   } else if (asked == "subnet") {
     network.is_subnet = true;
   } else if (asked != "machine") {

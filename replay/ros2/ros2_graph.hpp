@@ -51,9 +51,9 @@ struct Ros2Network {
   std::uint32_t domain = 0;
   bool is_subnet = false;  ///< other machines, too; else this machine alone
 };
-/// `asked`: "machine", "subnet", or empty: as ROS_AUTOMATIC_DISCOVERY_RANGE says, which `variable`
-/// returns as it does ROS_DOMAIN_ID (null: not set); without it this machine alone. Throws
-/// std::invalid_argument, one line, for what is none of these.
+/// `asked`: "machine", "subnet", or empty: as ROS_AUTOMATIC_DISCOVERY_RANGE and ROS_LOCALHOST_ONLY
+/// say, which `variable` returns as it does ROS_DOMAIN_ID (null: not set); without them this
+/// machine alone. Throws std::invalid_argument, one line, for what is none of these.
 Ros2Network ros2Network(const std::string& asked,
                         const std::function<const char*(const char*)>& variable);
 

@@ -115,6 +115,13 @@ TEST(Doctor, saysWhatABridgeToRos2CarriesAndWhyNotTheRest) {
             "advice   bridge to ROS 2: ros2_bridge_node carries 3 topics to ROS 1, 1 to ROS 2; "
             "refuses 1: /own: no node of ROS 2 tells its type, and ROS 1 knows none here; "
             "nodes/ros2/README.md says what is refused");
+  bridge.values.clear();
+  bridge.message = "meets no node of ROS 2 in domain 0, machine";
+  EXPECT_EQ(
+      findingOf("bridge to ROS 2", running).words(),
+      "advice   bridge to ROS 2: ros2_bridge_node meets no node of ROS 2 in domain 0, machine; "
+      "start the robot; ROS_DOMAIN_ID is the robot's, and another machine's wants "
+      "network:=subnet");
 }
 
 TEST(Doctor, namesWhatIsMissingAndWhatToDo) {

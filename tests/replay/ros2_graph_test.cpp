@@ -84,6 +84,9 @@ TEST(Ros2Graph, reachesThisMachineUnlessAsked) {
   EXPECT_TRUE(networkOf("", {{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"}}).is_subnet);
   EXPECT_FALSE(networkOf("machine", {{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"}}).is_subnet);
   EXPECT_TRUE(networkOf("subnet", {{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}}).is_subnet);
+  EXPECT_FALSE(
+      networkOf("", {{"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"}, {"ROS_LOCALHOST_ONLY", "1"}})
+          .is_subnet);
   EXPECT_EQ(networkOf("", {{"ROS_DOMAIN_ID", "42"}}).domain, 42U);
 }
 
