@@ -3,8 +3,8 @@
 
   tests/bench/run ros2_soak.py [MINUTES] [HZ]    60, 1000; needs root, for a network that has loopback alone
 
-A line a minute, and status 1 if a message was left out, came twice or out of order. The reader of rclpy is a deep one:
-with 1,000 messages it loses some itself where it falls back by a second."""
+A line a minute, and status 1 if a message was left out, came twice or out of order. The reader of rclpy is a deep one,
+as it falls back by seconds on a busy machine."""
 import os
 import sys
 import time
