@@ -181,7 +181,7 @@ TEST(LayerFloor, refusesKeysWithoutMeaning) {
   EXPECT_EQ(fault("topic: /f, type: geometry_msgs/PolygonStamped, style: filled, size: 1"),
             "file:1: 'size' in layer 1 has no meaning with style filled");
   EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseStamped, shape: flat_arrow"),
-            "file:1: unknown shape 'flat_arrow' in layer 1; did you mean 'arrow'?");
+            "file:1: unknown shape 'flat_arrow' in layer 1; known: axes, arrow");
   EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseStamped, axes: {length: 1}"),
             "file:1: 'axes' in layer 1 has no meaning without shape axes");
   EXPECT_EQ(fault("topic: /p, type: geometry_msgs/PoseArray, shape: arrow, size: 1"),

@@ -186,14 +186,12 @@ def spread(message, at):
     return message
 
 
-def grid(value=None):
+def grid(x=-0.5):
     from nav_msgs.msg import OccupancyGrid
     message = stamped(OccupancyGrid())
     message.info.width = message.info.height = 12
-    message.info.resolution, message.info.origin = 0.08, pose(-0.5, -0.5, 0.2)
+    message.info.resolution, message.info.origin = 0.08, pose(x, -0.5, 0.2)
     message.data = [-1] * 12 + list(range(100)) + [-1] * 18 + [100, 120, -50] + [-1] * 11
-    if value is not None:
-        message.data = [value] * 144
     return message
 
 
@@ -231,9 +229,9 @@ def others():
         "range": ("Range", {}, "sensor_msgs/Range", {}, stamped(Range(), range=1.2, **ranging),
                   stamped(Range(), range=5, **ranging)),
     }
-    for scheme, black in (("map", 100), ("costmap", 0), ("raw", 0)):
+    for scheme in ("map", "costmap", "raw"):
         items["grid_" + scheme] = ("Map", {"Color Scheme": scheme, "Alpha": 0.7}, "nav_msgs/OccupancyGrid",
-                                   {"color_scheme": scheme}, grid(), grid(black))
+                                   {"color_scheme": scheme}, grid(), grid(-100))
     return items
 
 
@@ -313,7 +311,8 @@ def overlap(name, rviz, ours):
     import numpy
     a, b = rviz.max(axis=2).astype(float), ours.max(axis=2).astype(float)
     if name.startswith(SHADED):
-        a, b = a > LIT, b > 127  # ours is at half brightness where it is half covered
+        # Ours is at half brightness where it is half covered; a spread is darker than that.
+        a, b = a > LIT, b > (LIT if name in ("odometry", "pose_with_covariance") else 127)
     return numpy.minimum(a, b).sum() / max(1, numpy.maximum(a, b).sum())
 
 
