@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "replay/messages/ranges.hpp"
+#include "replay/plan/topic_role.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -17,10 +18,7 @@ bool isDrawn(const std::string& type) {
       "geometry_msgs/PoseStamped",       "geometry_msgs/PoseArray",
       "geometry_msgs/PointStamped",      "geometry_msgs/PolygonStamped",
       "geometry_msgs/Vector3Stamped",    "geometry_msgs/WrenchStamped",
-      "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped",
-      "map_msgs/OccupancyGridUpdate",    "jsk_recognition_msgs/PolygonArray",
-      "nav_msgs/Odometry",               "sensor_msgs/Range",
-      "sensor_msgs/Image"};
+      "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped"};
   return contains(kTypes, type);
 }
 
@@ -56,7 +54,11 @@ Anchor AnchorSettings::of(const Channel& channel) const {
   const auto name = TopicName::cleaned(channel.topic);
   const auto named = name ? topics.find(*name) : topics.end();
   if (named != topics.end()) return named->second;
-  return isDrawn(channel.type) ? anchor : Anchor::Body;
+  // A robot's odometry and ranges are light by their topic's name only.
+  const bool is_light =
+      isDrawn(channel.type) ||
+      (name && roleOf(name->text(), channel.type).topic_class == TopicClass::Shown);
+  return is_light ? anchor : Anchor::Body;
 }
 
 std::string recordedFrame(const std::string& frame) { return "recorded/" + bareName(frame); }

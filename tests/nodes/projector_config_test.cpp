@@ -182,7 +182,8 @@ TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
   EXPECT_EQ(fault(kHead + kCloud + ", wavelength: 5}\n"),
             ":6: unknown key 'wavelength' in layer 1; known: topic, type, style, size, color, "
             "alpha, decay, placement, surface, viewer, reader, pose_style, axes, arrows, "
-            "buffer_length, offset");
+            "buffer_length, offset, shape, covariance, keep, position_tolerance, angle_tolerance, "
+            "color_scheme, camera_info, distance");
   EXPECT_EQ(fault(kHead + kCloud + ", style: box}\n"),
             ":6: unknown style 'box' in layer 1; did you mean 'boxes'?");
   EXPECT_EQ(fault(kHead + "  - {topic: /a, type: sensor_msgs/PointCloud}\n"),

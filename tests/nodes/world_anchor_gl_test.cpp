@@ -170,6 +170,14 @@ TEST_F(WorldAnchorTest, leavesFramesAsTheyAreWhereTheBodyIsTheAnchor) {
   EXPECT_THROW(settings.add("marker=body"), std::invalid_argument);
 }
 
+TEST(AnchorSettings, leaveARobotsStateWithItUnlessATopicsNameSaysThatItIsLight) {
+  const auto anchorOf = [](const std::string& topic) {
+    return replay::AnchorSettings().of({topic, "nav_msgs/Odometry", "", "", false, ""});
+  };
+  EXPECT_EQ(anchorOf("/odom"), replay::Anchor::Body);
+  EXPECT_EQ(anchorOf("/projector/odom"), replay::Anchor::World);
+}
+
 TEST_F(WorldAnchorTest, refusesATopicOfWhichNobodyKnowsWhereItWas) {
   recordDrive(0, 3000, "elsewhere");
   recordMarker(1000, disk("base_link", 0, 0, recordedAt(1000)));
