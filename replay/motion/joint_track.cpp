@@ -73,7 +73,10 @@ std::map<std::string, double> JointTrack::at(Stamp moment) const {
     const auto after =
         std::find_if(samples.begin(), samples.end(),
                      [moment](const Sample& sample) { return sample.at > moment; });
-    positions[joint] = after == samples.begin() ? after->position : std::prev(after)->position;
+    const auto before = after == samples.begin() ? after : std::prev(after);
+    const std::int64_t age = moment.ns - before->at.ns;
+    const bool is_stale = age > kSecond && after != samples.end() && after->at.ns - moment.ns < age;
+    positions[joint] = (is_stale ? after : before)->position;
   }
   return positions;
 }

@@ -28,7 +28,8 @@ class JointTrack {
   /// Adds a position; `at`: when it was heard of. Positions that are no numbers are left out.
   void add(const std::string& joint, Stamp at, double position);
 
-  /// The last position of every joint until then, or else its first after it.
+  /// The last position of every joint until then, or else its first after it; the first after it,
+  /// too, where that is nearer and the last is older than a second: it is of an earlier recording.
   std::map<std::string, double> at(Stamp moment) const;
 
   std::vector<std::string> names() const;

@@ -59,6 +59,15 @@ struct ApproachOf : testing::Test {
   Approach::Rules rules;
 };
 
+TEST(JointTrack, tellsWhereAJointWasWithoutWhatAnEarlierRecordingHadSeenLast) {
+  JointTrack track;
+  track.add("lift", {0}, 0.7);
+  track.add("lift", {4000 * kMs}, -1);
+  EXPECT_EQ(track.at({500 * kMs}).at("lift"), 0.7);
+  EXPECT_EQ(track.at({1900 * kMs}).at("lift"), 0.7);
+  EXPECT_EQ(track.at({3990 * kMs}).at("lift"), -1);
+}
+
 TEST_F(ApproachOf, goesAShortWayStraight) {
   const JointWay way = wayFrom({0.81, 1.19});
   EXPECT_EQ(way.kind, Kind::Short);
