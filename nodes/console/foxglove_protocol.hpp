@@ -72,8 +72,7 @@ using FoxgloveRequest = std::variant<SubscribeRequest, UnsubscribeRequest, Param
 /// Reads whatever a client sends.
 FoxgloveRequest readFoxglove(const SocketFrame& frame);
 
-// -------------------------------------------------------------------------------------- to a
-// client
+// ------------------------------------------------------------------------------------ to a client
 
 enum class FoxgloveLevel { Info, Warning, Error };
 

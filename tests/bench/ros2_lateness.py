@@ -10,12 +10,9 @@ import subprocess
 import sys
 import time
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-if "AFTERGLOW_TEST_LOOPBACK" not in os.environ:  # else ros2_world has started it anew, with these
-    sys.argv[1:] = [os.path.join(ROOT, "build")] + sys.argv[1:]
-SECONDS = float(sys.argv[2]) if len(sys.argv) > 2 else 12
-ROUNDS = int(sys.argv[3]) if len(sys.argv) > 3 else 5
-sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
+SECONDS = float(sys.argv[1]) if len(sys.argv) > 1 else 12
+ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 5
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from ros2_world import BUILD, HOME, WHY_NOT, Ros2Node, World  # noqa: E402
 
 if WHY_NOT:

@@ -9,12 +9,9 @@ import os
 import sys
 import time
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-if "AFTERGLOW_TEST_LOOPBACK" not in os.environ:  # else ros2_world has started it anew, with these
-    sys.argv[1:] = [os.path.join(ROOT, "build")] + sys.argv[1:]
-MINUTES = float(sys.argv[2]) if len(sys.argv) > 2 else 60
-HZ = float(sys.argv[3]) if len(sys.argv) > 3 else 1000
-sys.path.insert(0, os.path.join(ROOT, "tests", "support"))
+MINUTES = float(sys.argv[1]) if len(sys.argv) > 1 else 60
+HZ = float(sys.argv[2]) if len(sys.argv) > 2 else 1000
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
 from ros2_world import WHY_NOT, Ros2Node, World, until  # noqa: E402
 
 if WHY_NOT:

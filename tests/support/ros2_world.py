@@ -12,7 +12,8 @@ import tempfile
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-BUILD = os.path.abspath(sys.argv[1])
+#: The first argument of a test; benchmarks have other ones.
+BUILD = os.path.abspath(sys.argv[1] if os.path.isdir("".join(sys.argv[1:2])) else os.path.join(HERE, "..", "..", "build"))
 BRIDGE = os.path.join(BUILD, "bin", "ros2_bridge_node")
 DISTRIBUTION = os.environ.get("AFTERGLOW_TEST_ROS2", "kilted")
 ROS2 = os.path.join(BUILD, "python_ros2" if DISTRIBUTION == "kilted" else "python_ros2_" + DISTRIBUTION)
