@@ -8,7 +8,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/kitting/kitting_messages.hpp"
-#include "nodes/player/base_poses.hpp"
+#include "nodes/player/base_sensors.hpp"
 
 namespace afterglow::nodes {
 namespace {

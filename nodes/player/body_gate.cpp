@@ -8,9 +8,8 @@
 #include <thread>
 #include <utility>
 
-#include "nodes/player/controller_states.hpp"
+#include "nodes/player/robot_services.hpp"
 #include "nodes/player/ros_clock.hpp"
-#include "nodes/player/state_validity.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/motion/goal_book.hpp"

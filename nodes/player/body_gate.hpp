@@ -13,8 +13,6 @@
 
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
-#include "nodes/player/node_monitor.hpp"
-#include "nodes/player/open_loop_monitor.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/player/stop_inputs.hpp"
 #include "nodes/player/take_over.hpp"

@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/player/replay_words.hpp"
 #include "nodes/player/robot_file.hpp"
 #include "replay/clock/timeline.hpp"
 #include "replay/messages/ranges.hpp"

@@ -5,7 +5,7 @@
 #include <exception>
 #include <optional>
 
-#include "nodes/player/state_validity.hpp"
+#include "nodes/player/robot_services.hpp"
 #include "nodes/player/stop_inputs.hpp"
 #include "replay/plan/refusal_text.hpp"
 

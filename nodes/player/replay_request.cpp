@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/player/media_preparation.hpp"
+#include "nodes/player/media_sink.hpp"
 #include "nodes/player/robot_file.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "replay/plan/modality_options.hpp"

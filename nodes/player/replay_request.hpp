@@ -6,8 +6,8 @@
 #include <string>
 
 #include "nodes/player/body_gate.hpp"
-#include "nodes/player/rate_control.hpp"
 #include "nodes/player/ros_clock.hpp"
+#include "nodes/player/ros_sink.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/play/player.hpp"
 #include "replay/store/store.hpp"

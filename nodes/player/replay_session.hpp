@@ -1,8 +1,12 @@
 /// \file
 /// A replay into the running robot, from its plan to the report: the common part of player_node and
 /// `afterglow play`.
+///
+/// The stance of the robot when a replay is over, against how it stood when that was recorded.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -10,10 +14,14 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/body_gate.hpp"
 #include "nodes/player/rehearsal.hpp"
 #include "nodes/player/replay_request.hpp"
 #include "nodes/player/ros_sink.hpp"
 #include "nodes/player/world_anchor.hpp"
+#include "replay/motion/arm/start_pose.hpp"
+#include "replay/play/play_report.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
@@ -92,5 +100,16 @@ class ReplaySession {
   bool is_halted_ = false;  ///< nobody holds the button that lets it move
   std::unique_ptr<ReplayTime> time_;  ///< last: tells of its clock until its end
 };
+
+/// The errors at the end. Joints that `now` lacks become a remark.
+replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now);
+
+/// Reads what was recorded at the end of what was played, or when its last goal had been reached,
+/// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
+/// if nobody answers, at most until `is_stopped`; joints that nobody tells of by then are where
+/// they were heard of last, in `joints`. Adds the errors to the report, or why they are not known.
+void addEnd(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
+            const std::map<std::string, double>& joints, const std::function<bool()>& is_stopped,
+            replay::PlayReport& report);
 
 }  // namespace afterglow::nodes

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/player/base_poses.hpp"
+#include "nodes/player/base_sensors.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/messages/topic_name.hpp"

@@ -17,7 +17,7 @@
 #include "calib/file_replacement.hpp"
 #include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
-#include "nodes/player/media_preparation.hpp"
+#include "nodes/player/media_sink.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "nodes/tools/stop_signal.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/controller_states.hpp"
+#include "nodes/player/robot_services.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/robot_names.hpp"
 #include "replay/plan/robot_profile.hpp"

@@ -10,7 +10,6 @@
 #include "calib/mount/turret.hpp"
 #include "calib/targets/target_files.hpp"
 #include "nodes/observer/room_view.hpp"
-#include "nodes/player/replay_words.hpp"
 #include "nodes/player/robot_file.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/tools/mount_poses.hpp"

@@ -1,5 +1,5 @@
 // What of the robot a laser may see, and what the simulated one sees.
-#include "nodes/player/live_scan.hpp"
+#include "nodes/player/base_sensors.hpp"
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/replay_words.hpp"
+#include "nodes/player/robot_file.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

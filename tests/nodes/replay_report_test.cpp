@@ -1,8 +1,8 @@
 // A replay's report for people: the page, the text, and the errors at the end.
 #include <gtest/gtest.h>
 
-#include "nodes/player/end_pose.hpp"
 #include "nodes/pages/replay_page.hpp"
+#include "nodes/player/replay_session.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "tests/support/made_up_replay.hpp"

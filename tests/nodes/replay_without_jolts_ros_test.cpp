@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "nodes/fetch/fetch_facts.hpp"
-#include "nodes/player/state_validity.hpp"
+#include "nodes/player/robot_services.hpp"
 #include "tests/support/fetch_witness.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/controller_states.hpp"
+#include "nodes/player/robot_services.hpp"
 #include "tests/support/robots/rehearsal.hpp"
 
 namespace afterglow::nodes::tiago_rehearsal_ros_test {

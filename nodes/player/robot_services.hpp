@@ -1,4 +1,9 @@
 /// \file
+/// The services of the robot that a replay asks before it moves.
+///
+/// The controllers that run, by ros_control's controller managers: a stopped one rejects every
+/// goal, and does not hear its commands.
+///
 /// Asks MoveIt whether the robot may be in a pose: the service check_state_validity of its node
 /// move_group, which knows the robot's shape and what it was told of the room. moveit_msgs is not
 /// in Debian, so its message is declared here as far as it is used. Source: GetStateValidity.srv of
@@ -12,13 +17,25 @@
 #include <sensor_msgs/MultiDOFJointState.h>
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "nodes/tools/next_fields.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/robot_names.hpp"
 
 namespace afterglow::nodes {
+
+/// "running", "stopped", "initialized" ... by a controller's full name: "/arm_controller".
+using ControllerStates = std::map<std::string, std::string>;
+
+/// Asks every controller manager of the graph that lives; empty on a robot without any.
+ControllerStates askControllers(const RosGraph& graph);
+
+/// Returns why nobody obeys what is sent on a topic or to an action: "arm_controller is stopped
+/// (controller_manager): start it with ..."; empty if its controller runs, or is none of these.
+std::string whyNotRunning(const ControllerStates& states, const std::string& topic);
 
 struct StateValidityRequest {
   using Empty = std::vector<std::uint8_t>;

@@ -1,4 +1,4 @@
-#include "nodes/player/controller_states.hpp"
+#include "nodes/player/robot_services.hpp"
 
 #include <controller_manager_msgs/ListControllers.h>
 #include <ros/service.h>
@@ -48,6 +48,31 @@ std::string whyNotRunning(const ControllerStates& states, const std::string& top
            "rosrun controller_manager controller_manager start " + controller + "`";
   }
   return "";
+}
+
+namespace {
+
+constexpr const char* kAnyMd5 = "*";
+
+}  // namespace
+
+StateValidity::StateValidity(const replay::RobotNames& robot) {
+  ros::NodeHandle node;
+  name_ = node.resolveName(robot.topic("/check_state_validity"));
+  ros::ServiceClientOptions options(name_, kAnyMd5, true, {});
+  client_ = node.serviceClient(options);
+}
+
+bool StateValidity::isThere() const { return ros::service::exists(name_, false); }
+
+std::string StateValidity::whyNot(const std::vector<std::string>& joints,
+                                  const std::vector<double>& positions) {
+  StateValidityRequest request;
+  request.joint_state.name = joints;
+  request.joint_state.position = positions;
+  StateValidityResponse response;
+  if (!client_.call(request, response, kAnyMd5)) return name_ + " does not answer";
+  return response.valid != 0 ? "" : "by MoveIt it would collide there";
 }
 
 }  // namespace afterglow::nodes
