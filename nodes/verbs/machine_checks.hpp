@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/verbs/checkup.hpp"
+#include "nodes/verbs/robot_checks.hpp"
 #include "render/gl/monitor_choice.hpp"
 
 namespace afterglow::nodes {

@@ -22,7 +22,6 @@
 #include "nodes/player/watchdog.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_command.hpp"
-#include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/terminal_text.hpp"
 #include "nodes/verbs/verb_node.hpp"

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "nodes/conversion/sound_request.hpp"
-#include "nodes/verbs/recorded_messages.hpp"
 #include "replay/ask/said.hpp"
 #include "replay/store/known_channels.hpp"
 

@@ -24,7 +24,6 @@
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/tools/work_folder.hpp"
 #include "nodes/verbs/behavior_film.hpp"
-#include "nodes/verbs/behavior_source.hpp"
 #include "nodes/verbs/contact_sheet.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/image_file.hpp"
