@@ -1,13 +1,18 @@
 /// \file
 /// The index of the console: all behaviors and what was said in them, in memory. Requests never
 /// wait for the store.
+///
+/// Finding behaviors as one types.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -76,5 +81,30 @@ class BehaviorDetails {
   std::mutex mutex_;
   std::list<std::shared_ptr<const BehaviorDetail>> kept_;  ///< the last used first
 };
+
+struct BehaviorSearch {
+  /// Words that all have to occur, capitals and accents aside, in name, outcome, tags, tree path,
+  /// robot, parameters, notes or what was said. "name:pick", "outcome:", "tag:", "tree:", "robot:",
+  /// "said:", "note:" and "parameter:" look there alone; "id:7" is one.
+  std::string words;
+  std::string name, outcome;                      ///< exactly; empty: any
+  std::optional<replay::Stamp> from, to;          ///< end after, begin before
+  std::optional<std::set<std::int64_t>> of_these; ///< ids
+  std::optional<std::int64_t> before;             ///< only those that come after this id
+  std::size_t limit = 100;
+};
+
+struct FoundBehaviors {
+  std::size_t matching = 0;  ///< all, whatever `before` and `limit` say
+  IndexedBehaviors behaviors;
+};
+
+FoundBehaviors searchBehaviors(const IndexedBehaviors& all, const BehaviorSearch& search);
+
+/// Returns the text as a search compares it: in small letters and without accents, as far as Latin,
+/// Greek and Cyrillic go. Bytes that are no UTF-8 are left out.
+std::string foldedText(const std::string& text);
+/// Returns all that a search looks at, folded.
+std::string searchedText(const BehaviorSummary& one);
 
 }  // namespace afterglow::nodes

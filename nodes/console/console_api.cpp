@@ -12,9 +12,8 @@
 #include <utility>
 
 #include "calib/number_text.hpp"
+#include "nodes/console/behavior_index.hpp"
 #include "nodes/console/behavior_json.hpp"
-#include "nodes/console/behavior_search.hpp"
-#include "nodes/console/topic_values.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/outcome.hpp"

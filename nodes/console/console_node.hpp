@@ -1,30 +1,69 @@
 /// \file
 /// The console beside a running robot (console_node): the state of the robot as ROS tells it now,
 /// and requests to player_node and recorder_node.
+///
+/// /api/events: the state, told to all pages alike.
 #pragma once
 
 #include <ros/ros.h>
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
-#include "nodes/console/calibrator_link.hpp"
-#include "nodes/console/console_events.hpp"
-#include "nodes/console/dead_man_switch.hpp"
-#include "nodes/console/heard_diagnostics.hpp"
+#include "nodes/console/heard_robot.hpp"
 #include "nodes/console/http_message.hpp"
-#include "nodes/console/player_link.hpp"
-#include "nodes/console/projected_image.hpp"
+#include "nodes/console/robot_links.hpp"
 #include "nodes/console/running_replay.hpp"
 #include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
+
+/// Any thread. A thread of its own asks for the state five times a second, and tells it when it is
+/// another one; whoever comes is told at once.
+class ConsoleEvents {
+ public:
+  static constexpr std::chrono::milliseconds kPeriod{200};
+  static constexpr std::size_t kMostPages = 16;
+
+  struct Sources {
+    std::function<std::string()> state;  ///< JSON in one line
+    std::function<std::size_t()> total;  ///< behaviors in the store
+  };
+  explicit ConsoleEvents(Sources sources);
+  /// Ends all streams.
+  ~ConsoleEvents();
+
+  /// A page that listens. Throws HttpError 503 where too many do.
+  HttpResponse open(const std::string& session);
+  /// Returns true if a page of this session listens; false for an empty one.
+  bool isListening(const std::string& session) const;
+
+ private:
+  struct Page {
+    std::string session;
+    std::shared_ptr<EventStream> stream;
+  };
+  void look();
+  void tell(const std::string& text);
+  void close(std::uint64_t page);
+
+  const Sources sources_;
+  mutable std::mutex mutex_;
+  std::map<std::uint64_t, Page> pages_;
+  std::uint64_t pages_ever_ = 0;
+  std::string newest_;  ///< the event of the state
+  std::size_t total_ = 0;  ///< number that was told last
+  int silent_ = 0;         ///< periods without news
+  replay::RepeatingThread thread_{kPeriod, [this] { look(); }};
+};
 
 struct ConsoleNodeOptions {
   std::string store;

@@ -13,7 +13,7 @@
 #include <set>
 #include <string>
 
-#include "nodes/console/foxglove_session.hpp"
+#include "nodes/console/foxglove_protocol.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/clock/worker_thread.hpp"

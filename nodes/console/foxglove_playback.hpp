@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/console/foxglove_session.hpp"
+#include "nodes/console/foxglove_protocol.hpp"
 #include "replay/clock/timeline.hpp"
 #include "replay/play/message_lanes.hpp"
 #include "replay/store/store.hpp"

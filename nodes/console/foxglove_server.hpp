@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "nodes/console/console_access.hpp"
-#include "nodes/console/web_socket.hpp"
+#include "nodes/console/http_message.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

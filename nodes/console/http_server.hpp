@@ -11,7 +11,6 @@
 #include <string>
 
 #include "nodes/console/http_message.hpp"
-#include "nodes/console/web_socket.hpp"
 
 namespace afterglow::nodes {
 

@@ -1,6 +1,10 @@
 /// \file
 /// The one replay that pages started here: it is stopped when who started it is gone, or lets go.
+///
+/// A process of its own that stops what the console started if the console dies.
 #pragma once
+
+#include <sys/types.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -10,7 +14,7 @@
 #include <optional>
 #include <string>
 
-#include "nodes/console/player_link.hpp"
+#include "nodes/console/robot_links.hpp"
 #include "replay/clock/worker_thread.hpp"
 #include "replay/motion/stops/hold_to_run.hpp"
 
@@ -25,7 +29,7 @@ class RunningReplay {
   struct Surroundings {
     /// Returns true if a page of this session listens to events.
     std::function<bool(const std::string& session)> is_listening;
-    /// Called before a goal goes out, and after it has ended: dead_man_switch.hpp.
+    /// Called before a goal goes out, and after it has ended: running_replay.hpp.
     std::function<void(bool runs)> tell_dead_man_switch;
   };
   struct Start {
@@ -97,5 +101,32 @@ class RunningReplay {
   replay::TaskThread stopper_;  ///< calls ~stop, which may hang with its player
   replay::RepeatingThread thread_;
 };
+
+/// The console's end of the switch.
+class DeadManSwitch {
+ public:
+  static constexpr const char* kArgument = "--dead-man-switch";
+
+  /// Starts this program again, with the arguments `--dead-man-switch PLAYER`. Throws
+  /// std::runtime_error.
+  explicit DeadManSwitch(const std::string& player);
+  /// The other process ends, without a word if nothing runs.
+  ~DeadManSwitch();
+  DeadManSwitch(const DeadManSwitch&) = delete;
+  DeadManSwitch& operator=(const DeadManSwitch&) = delete;
+
+  /// Tells whether a replay of ours is under way. Any thread, one at a time.
+  void tell(bool runs) const;
+  /// Returns false if nobody would stop the player.
+  bool isThere() const;
+
+ private:
+  int pipe_ = -1;
+  mutable pid_t pid_ = -1;
+};
+
+/// The other process: waits for the console's end, and has the player stop then if a replay was
+/// under way. Returns the exit status.
+int runDeadManSwitch(const std::string& player);
 
 }  // namespace afterglow::nodes

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "nodes/behavior_view/behavior_story.hpp"
-#include "nodes/console/behavior_search.hpp"
+#include "nodes/console/behavior_index.hpp"
 #include "nodes/console/console_api.hpp"
 #include "nodes/console/http_server.hpp"
 #include "replay/messages/document.hpp"

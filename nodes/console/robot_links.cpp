@@ -1,4 +1,4 @@
-#include "nodes/console/player_link.hpp"
+#include "nodes/console/robot_links.hpp"
 
 #include <actionlib_msgs/GoalStatus.h>
 #include <afterglow/ReplayActionGoal.h>
@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "nodes/console/http_message.hpp"
 #include "replay/plan/modality_options.hpp"
@@ -199,6 +200,49 @@ void PlayerLink::onResult(const ReplayActionResult& result) {
     ours.report = result.result.report;
   }
   changed_.notify_all();
+}
+
+CalibratorLink::CalibratorLink(const std::string& calibrator)
+    : calibrator_(ros::names::resolve(calibrator)) {
+  statuses_ = node_.subscribe<std_msgs::String>(calibrator_ + "/status", 10,
+                                                [this](const auto& status) { onStatus(*status); });
+  guidance_ = node_.subscribe<std_msgs::String>(
+      calibrator_ + "/guidance", 20, [this](const auto& guidance) { onGuidance(*guidance); });
+}
+
+nlohmann::ordered_json CalibratorLink::state() const {
+  if (statuses_.getNumPublishers() == 0) return nullptr;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  nlohmann::ordered_json state = status_;
+  if (!state.is_null()) state["said"] = said_;
+  return state;
+}
+
+bool CalibratorLink::isCommand(const std::string& name) {
+  static const std::set<std::string> commands{"start", "stop", "take", "solve", "discard_last"};
+  return commands.count(name) > 0;
+}
+
+std::string CalibratorLink::trigger(const std::string& command) const {
+  std_srvs::Trigger service;
+  if (!ros::service::call(calibrator_ + "/" + command, service)) {
+    throw HttpError(503, calibrator_ + " does not answer");
+  }
+  if (!service.response.success) throw HttpError(409, service.response.message);
+  return service.response.message;
+}
+
+void CalibratorLink::onStatus(const std_msgs::String& status) {
+  auto told = nlohmann::ordered_json::parse(status.data, nullptr, false);
+  if (!told.is_object()) return;  // of another node of this name
+  const std::lock_guard<std::mutex> lock(mutex_);
+  status_ = std::move(told);
+}
+
+void CalibratorLink::onGuidance(const std_msgs::String& guidance) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  said_.push_front(guidance.data);
+  if (said_.size() > kMostSaid) said_.pop_back();
 }
 
 }  // namespace afterglow::nodes

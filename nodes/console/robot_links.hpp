@@ -1,6 +1,6 @@
 /// \file
-/// The console's link to player_node: by its action, its services and its ~status, never around
-/// them.
+/// The console's links to player_node, by its action, its services and its ~status, never around
+/// them, and to calibrator_node, whose state they hear and which they ask for its steps.
 #pragma once
 
 #include <actionlib_msgs/GoalID.h>
@@ -10,12 +10,16 @@
 #include <afterglow/ReplayActionResult.h>
 #include <afterglow/ReplayStatus.h>
 #include <ros/ros.h>
+#include <std_msgs/String.h>
 
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -101,6 +105,35 @@ class PlayerLink {
   ros::NodeHandle node_;
   ros::Publisher goals_, cancels_;
   ros::Subscriber status_, feedback_, results_;
+};
+
+/// Any thread.
+class CalibratorLink {
+ public:
+  static constexpr std::size_t kMostSaid = 8;
+
+  /// A node's name, "/calibrator_node".
+  explicit CalibratorLink(const std::string& calibrator);
+
+  /// Returns ~status and `said`: the last lines of its ~guidance, the newest first. Null: it is not
+  /// there, or has said nothing yet.
+  nlohmann::ordered_json state() const;
+
+  /// Returns true if trigger() knows it: start, stop, take, solve, discard_last.
+  static bool isCommand(const std::string& name);
+  /// Waits for the answer, and returns its words. Throws HttpError with the calibrator's own.
+  std::string trigger(const std::string& command) const;
+
+ private:
+  void onStatus(const std_msgs::String& status);
+  void onGuidance(const std_msgs::String& guidance);
+
+  const std::string calibrator_;
+  mutable std::mutex mutex_;
+  nlohmann::ordered_json status_;
+  std::deque<std::string> said_;
+  ros::NodeHandle node_;
+  ros::Subscriber statuses_, guidance_;
 };
 
 }  // namespace afterglow::nodes
