@@ -1,3 +1,5 @@
+// The report as a page: demo_report.hpp's reportHtml().
+
 #include "nodes/kitting/demo_report.hpp"
 
 #include <fmt/format.h>
@@ -6,7 +8,48 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "nodes/pages/page.hpp"
+#include "nodes/pages/page_numbers.hpp"
+#include "nodes/tools/yaml_map.hpp"
+
 namespace afterglow::nodes {
+namespace {
+
+BehaviorStory readBehavior(const std::string& file, const YAML::Node& name,
+                           const YAML::Node& node) {
+  const YamlMap values(file, node, "behavior '" + name.Scalar() + "'",
+                       {"title", "caption", "question", "explanation", "says", "moments"});
+  BehaviorStory story;
+  story.name = name.Scalar();
+  story.title = values.text("title");
+  story.caption = values.text("caption");
+  story.question = values.text("question");
+  story.explanation = values.text("explanation");
+  story.says = values.text("says");
+  const YAML::Node moments = values.at("moments");
+  if (!moments.IsMap()) values.fail(moments, "'moments' should be a map of names and texts");
+  for (const auto& moment : moments) {
+    if (!moment.second.IsScalar()) values.fail(moment.second, "a moment should have a text");
+    story.moments.emplace_back(moment.first.Scalar(), moment.second.Scalar());
+  }
+  return story;
+}
+
+}  // namespace
+
+DemoStory loadDemoStory(const std::string& path) {
+  const YamlMap values(path, loadYaml(path), "the story", {"title", "subtitle", "behaviors"});
+  DemoStory story;
+  story.title = values.text("title");
+  story.subtitle = values.text("subtitle");
+  const YAML::Node behaviors = values.at("behaviors");
+  if (!behaviors.IsMap()) values.fail(behaviors, "'behaviors' should be a map of names");
+  for (const auto& behavior : behaviors) {
+    story.behaviors.push_back(readBehavior(path, behavior.first, behavior.second));
+  }
+  return story;
+}
+
 namespace {
 
 using nlohmann::json;
@@ -139,6 +182,60 @@ json summaryJson(const DemoReport& report) {
   return {
       {"date", report.date},   {"versions", versions},  {"duration_s", rounded(report.wall_s, 0.1)},
       {"video", report.video}, {"store", report.store}, {"behaviors", behaviors}};
+}
+
+namespace {
+
+/// "shoulder_pan_joint -0.12°"; null where the player knows of none.
+PageData worstJointText(const nlohmann::json& player_report) {
+  const nlohmann::json worst =
+      player_report.value(nlohmann::json::json_pointer("/body/worst"), nlohmann::json::object());
+  if (!worst.contains("joint")) return nullptr;
+  const auto joint = worst.at("joint").get<std::string>();
+  const bool is_sliding = replay::RobotJoints().isSliding(joint);
+  return joint + " " + jointErrorText(is_sliding, worst.at("error").get<double>(), "°");
+}
+
+/// A replayed moment in the middle of the first behavior.
+std::string posterOf(const DemoReport& report) {
+  if (report.behaviors.empty() || report.behaviors.front().key_frames.empty()) return "";
+  const auto& frames = report.behaviors.front().key_frames;
+  return frames[frames.size() / 2].replay;
+}
+
+void addStory(const DemoStory& story, PageData& behavior) {
+  BehaviorStory told;
+  for (const BehaviorStory& each : story.behaviors) {
+    if (each.name == behavior["name"]) told = each;
+  }
+  behavior["title"] = told.title;
+  behavior["question"] = told.question;
+  behavior["explanation"] = told.explanation;
+  for (PageData& frame : behavior["key_frames"]) {
+    frame["text"] = "";
+    for (const auto& [moment, words] : told.moments) {
+      if (moment == frame["moment"]) frame["text"] = words;
+    }
+  }
+}
+
+}  // namespace
+
+std::string reportHtml(const DemoReport& report, const DemoStory& story) {
+  PageData data = summaryJson(report);
+  data["page_title"] = data["title"] = story.title;
+  data["under"] = story.subtitle;
+  data["poster"] = posterOf(report);
+  for (std::size_t i = 0; i < report.behaviors.size(); ++i) {
+    PageData& behavior = data["behaviors"][i];
+    addStory(story, behavior);
+    const auto& frames = report.behaviors[i].key_frames;
+    behavior["poster"] = frames.empty() ? "" : frames[frames.size() / 2].replay;
+    behavior["topic_count"] = report.behaviors[i].topics.size();
+    behavior["worst_joint"] = worstJointText(report.behaviors[i].player_report);
+  }
+  data["commands"] = commandsToTry(report);
+  return makePage("demo.html", std::move(data));
 }
 
 }  // namespace afterglow::nodes

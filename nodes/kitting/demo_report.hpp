@@ -1,5 +1,7 @@
 /// \file
 /// The demo's measurements, as summary.json and as a page for people. Pure: values in, text out.
+///
+/// The demo's words for people: captions of its films, texts of its report.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +11,26 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/kitting/demo_story.hpp"
 #include "replay/motion/planar_pose.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
+
+struct BehaviorStory {
+  std::string name;  ///< the behavior's: "pick"
+  std::string title, caption, question, explanation;
+  /// Moments worth an image, by name, in order, and what happens at each.
+  std::vector<std::pair<std::string, std::string>> moments;
+  std::string says = {};  ///< the robot, aloud
+};
+
+struct DemoStory {
+  std::string title, subtitle;
+  std::vector<BehaviorStory> behaviors;  ///< behaviors in the order they are done
+};
+
+/// Throws std::runtime_error "FILE:LINE: what is wrong".
+DemoStory loadDemoStory(const std::string& path);
 
 /// The same moment of a behavior when it was done and when it was replayed.
 struct KeyFrame {

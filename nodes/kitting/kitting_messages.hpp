@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "nodes/kitting/kitting_path.hpp"
+#include "nodes/kitting/kitting_drive.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {

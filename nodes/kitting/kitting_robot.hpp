@@ -15,7 +15,7 @@
 
 #include "calib/lens.hpp"
 #include "nodes/fetch/robot_model.hpp"
-#include "nodes/kitting/action_client.hpp"
+#include "nodes/kitting/demo_clients.hpp"
 
 namespace afterglow::nodes {
 

@@ -1,4 +1,4 @@
-#include "nodes/kitting/kitting_path.hpp"
+#include "nodes/kitting/kitting_drive.hpp"
 
 #include <gtest/gtest.h>
 
