@@ -12,7 +12,7 @@
 #include <deque>
 #include <random>
 
-#include "nodes/fetch/robot_time.hpp"
+#include "nodes/fetch/joint_controller.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "nodes/fetch/fake_base.hpp"
+#include "nodes/fetch/joint_controller.hpp"
 #include "nodes/fetch/robot_model.hpp"
-#include "nodes/fetch/trajectory_follower.hpp"
 
 namespace afterglow::nodes {
 

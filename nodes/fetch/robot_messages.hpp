@@ -11,8 +11,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
-#include "nodes/fetch/robot_time.hpp"
-#include "nodes/fetch/trajectory_follower.hpp"
+#include "nodes/fetch/joint_controller.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {

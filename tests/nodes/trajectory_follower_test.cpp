@@ -1,4 +1,4 @@
-#include "nodes/fetch/trajectory_follower.hpp"
+#include "nodes/fetch/joint_controller.hpp"
 
 #include <gtest/gtest.h>
 

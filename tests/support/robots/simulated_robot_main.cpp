@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/fetch/velocity_mux.hpp"
+#include "nodes/fetch/fake_switches.hpp"
 #include "tests/support/robots/robot_facts.hpp"
 #include "tests/support/robots/robot_node.hpp"
 #include "tests/support/robots/twist_mux.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/fetch/trajectory_follower.hpp"
+#include "nodes/fetch/joint_controller.hpp"
 #include "tests/support/robots/robot_facts.hpp"
 
 namespace afterglow::test {
