@@ -22,7 +22,7 @@
 #include "nodes/console/picture_queue.hpp"
 #include "nodes/speaker/speech.hpp"
 #include "nodes/tools/node_main.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/verb_tools.hpp"

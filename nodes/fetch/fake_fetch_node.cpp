@@ -12,7 +12,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
 #include "nodes/fetch/robot_messages.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -16,7 +16,7 @@
 #include "nodes/kitting/demo_clients.hpp"
 #include "nodes/kitting/demo_report.hpp"
 #include "nodes/kitting/kitting_task.hpp"
-#include "nodes/tools/work_folder.hpp"
+#include "nodes/tools/video_writer.hpp"
 
 namespace afterglow::nodes {
 

@@ -10,7 +10,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/player/ros_clock.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -24,7 +24,7 @@
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/play_options.hpp"
 #include "nodes/player/robot_description.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/record/snapshot.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {

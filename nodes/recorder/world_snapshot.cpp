@@ -12,7 +12,6 @@
 
 #include "calib/file_replacement.hpp"
 #include "nodes/conversion/map_identity.hpp"
-#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/plan/recorded_drivers.hpp"

@@ -2,8 +2,10 @@
 
 #include <ros/connection_manager.h>
 #include <ros/console.h>
+#include <ros/init.h>
 #include <ros/master.h>
 #include <ros/network.h>
+#include <ros/param.h>
 #include <ros/publication.h>
 #include <ros/ros.h>
 #include <ros/this_node.h>
@@ -24,6 +26,8 @@
 #include <vector>
 
 #include "nodes/tools/stop_signal.hpp"
+#include "replay/messages/robot_names.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -415,6 +419,29 @@ void requireTime(Deadline deadline) {
                                " says 0: the robot's time has not begun");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+std::string rosNamespace() {
+  if (ros::isInitialized()) return replay::cleanNamespace(ros::this_node::getNamespace());
+  const char* name_space = std::getenv("ROS_NAMESPACE");
+  return replay::cleanNamespace(name_space ? name_space : "");
+}
+
+std::string robotParameter(const std::string& name_space, const std::string& name) {
+  std::string text, scope = name_space;
+  while (!ros::param::get(scope + "/" + name, text) && !scope.empty()) {
+    scope.resize(scope.rfind('/'));
+  }
+  return text;
+}
+
+void refuseStorePassword(const ros::NodeHandle& private_node, const std::string& store) {
+  try {
+    replay::refusePassword("~store", store);
+  } catch (const replay::StoreError&) {
+    private_node.deleteParam("store");
+    throw;
   }
 }
 

@@ -2,7 +2,12 @@
 /// The ROS master: whether it answers, who publishes and who subscribes, asked of the master and of
 /// the nodes themselves, with a deadline; and a node's registration. Sources:
 /// wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
+///
+/// The robot that this process belongs to, where there are several: ROS's namespace, what the
+/// parameter server knows of the robot in one, and a node's ~store.
 #pragma once
+
+#include <ros/node_handle.h>
 
 #include <chrono>
 #include <cstdint>
@@ -139,5 +144,17 @@ std::string clockPublisher();
 /// Waits for a time other than 0, which every stamp would be. Throws std::runtime_error, one line,
 /// if there is none at the deadline, or if /use_sim_time was set after this node had begun.
 void requireTime(Deadline deadline);
+
+/// Returns this process's own namespace, "/robot1": as ROS was told at its start, before that
+/// $ROS_NAMESPACE; empty: the global one.
+std::string rosNamespace();
+
+/// A text of the robot in that namespace, robot_description or tf_prefix: there, else in those
+/// around it. Empty: there is none, or no master answers.
+std::string robotParameter(const std::string& name_space, const std::string& name);
+
+/// Throws replay::StoreError for a URI with a password, which everybody on the network can read:
+/// the parameter is deleted then.
+void refuseStorePassword(const ros::NodeHandle& private_node, const std::string& store);
 
 }  // namespace afterglow::nodes

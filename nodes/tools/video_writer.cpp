@@ -8,9 +8,11 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -165,6 +167,24 @@ std::string VideoWriter::encoderMessage() const {
   }
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
+}
+
+WorkFolder::WorkFolder(const std::string& file) : path_(file + ".parts.XXXXXX") {
+  if (::mkdtemp(path_.data()) == nullptr) {
+    throw std::runtime_error(path_ + ": cannot make the folder: " + std::strerror(errno));
+  }
+}
+
+WorkFolder::~WorkFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::string WorkFolder::path(const std::string& name) const { return path_ + "/" + name; }
+
+std::string WorkFolder::folder(const std::string& name) const {
+  std::filesystem::create_directory(path(name));
+  return path(name);
 }
 
 }  // namespace afterglow::nodes

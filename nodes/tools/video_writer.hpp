@@ -1,5 +1,7 @@
 /// \file
 /// Images into an MP4 file, through the ffmpeg command (H.264, yuv420p: every player shows it).
+///
+/// Room beside a file that is being made, for what it is made of.
 #pragma once
 
 #include <sys/types.h>
@@ -49,6 +51,23 @@ class VideoWriter {
   pid_t encoder_ = -1;
   int images_fd_ = -1;    ///< a socket, so that a dead encoder is an error here and no signal
   int messages_fd_ = -1;  ///< an unnamed file that catches ffmpeg's standard error
+};
+
+/// A new folder that only its owner can read, gone with the object.
+class WorkFolder {
+ public:
+  /// Beside `file`; throws std::runtime_error naming the folder if it cannot be made.
+  explicit WorkFolder(const std::string& file);
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder();
+
+  std::string path(const std::string& name) const;
+  /// A new folder in it.
+  std::string folder(const std::string& name) const;
+
+ private:
+  std::string path_;
 };
 
 }  // namespace afterglow::nodes

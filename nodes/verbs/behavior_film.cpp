@@ -18,7 +18,7 @@
 #include "nodes/observer/film.hpp"
 #include "nodes/observer/film_pace.hpp"
 #include "nodes/projector/recorded_scene.hpp"
-#include "nodes/tools/work_folder.hpp"
+#include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/recorded_speech.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"

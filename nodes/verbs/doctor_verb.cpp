@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nodes/player/robot_file.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/machine_checks.hpp"

@@ -11,7 +11,7 @@
 
 #include "nodes/player/robot_file.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/setup_files.hpp"

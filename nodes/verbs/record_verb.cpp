@@ -23,7 +23,6 @@
 #include "nodes/recorder/recorder_node.hpp"
 #include "nodes/tools/diagnostics.hpp"
 #include "nodes/tools/program.hpp"
-#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"

@@ -22,7 +22,6 @@
 #include "nodes/behavior_view/moment_painter.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/tools/video_writer.hpp"
-#include "nodes/tools/work_folder.hpp"
 #include "nodes/verbs/behavior_film.hpp"
 #include "nodes/verbs/contact_sheet.hpp"
 #include "nodes/verbs/verb_tools.hpp"

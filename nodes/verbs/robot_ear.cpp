@@ -15,7 +15,7 @@
 
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/diagnostics.hpp"
-#include "nodes/tools/robot_namespace.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "replay/motion/stops/stop_field.hpp"
 
