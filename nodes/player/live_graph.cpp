@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
-#include "nodes/conversion/map_identity.hpp"
 #include "nodes/player/watchdog.hpp"
+#include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/callback_thread.hpp"
 #include "replay/record/snapshot.hpp"
 

@@ -5,16 +5,24 @@
 
 #include <afterglow/StartRecording.h>
 #include <afterglow/StopRecording.h>
+#include <diagnostic_msgs/DiagnosticStatus.h>
 #include <ros/ros.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/recorder/recorder_options.hpp"
 #include "nodes/recorder/recording_actions.hpp"
 #include "nodes/recorder/recording_manager.hpp"
+#include "replay/record/disk_guard.hpp"
+#include "replay/record/recorder.hpp"
+#include "replay/store/open/recorder_store.hpp"
 
 namespace afterglow::nodes {
 
@@ -51,5 +59,22 @@ class RecorderNode {
   ros::ServiceServer start_service_, stop_service_;
   std::vector<ros::WallTimer> timers_;
 };
+
+struct RecorderState {
+  std::string node;   ///< node without leading slash
+  std::string store;  ///< URI of the store
+  std::size_t running = 0;
+  std::map<std::string, std::uint64_t> named;  ///< RecordingManager::namedCounts()
+  replay::RecorderLoad load, load_before;  ///< now, and `seconds` ago
+  double seconds = 1;
+  std::size_t queue_bytes = 0;  ///< bytes that may wait
+  replay::DiskState disk;
+  std::optional<std::string> failure;
+  std::optional<replay::SendStatus> server;
+};
+
+/// ERROR: nothing can be recorded. WARN: messages were dropped since the last time, the queue is
+/// half full, the disk is nearly, the server is away or refuses something.
+diagnostic_msgs::DiagnosticStatus toDiagnostics(const RecorderState& state);
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,6 @@
 /// \file
 /// Starts and ends recordings: subscriptions, behaviors and their snapshots, without any action or
-/// service.
+/// service; and keeps space on the disk for the behaviors that are still to be recorded.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,31 @@
 
 #include "nodes/recorder/recorder_options.hpp"
 #include "nodes/recorder/recording_request.hpp"
-#include "nodes/recorder/store_space.hpp"
 #include "nodes/recorder/topic_listener.hpp"
 #include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
 #include "replay/store/open/recorder_store.hpp"
 
 namespace afterglow::nodes {
+
+/// Any thread. Options and store must outlive it.
+class StoreSpace {
+ public:
+  StoreSpace(const RecorderNodeOptions& options, replay::RecorderStore& store);
+
+  /// Judged by ~min_space; Ample if the system does not say.
+  replay::DiskState disk() const;
+  /// Removes old behaviors as ~retention_days and ~retention_gigabytes say, on a server too, and
+  /// from this machine what a server has. To be called now and then; warns of what fails.
+  void makeRoom();
+
+ private:
+  const RecorderNodeOptions& options_;
+  replay::RecorderStore& store_;
+  const std::string folder_;  ///< folder in which the recorder's file grows
+};
 
 /// Any number of behaviors at once. A behavior counts as started when every publisher that was
 /// announced on its topics is known to send here; one that does not in time is named in a warning.

@@ -1,5 +1,6 @@
 #include "nodes/recorder/world_snapshot.hpp"
 
+#include <ros/serialization.h>
 #include <tf2/exceptions.h>
 
 #include <fstream>
@@ -11,7 +12,6 @@
 #include <utility>
 
 #include "calib/file_replacement.hpp"
-#include "nodes/conversion/map_identity.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/plan/recorded_drivers.hpp"
@@ -149,6 +149,16 @@ replay::RecordedNodes nodesNow(const std::vector<std::string>& topics) {
     nodes.clear();
   }
   return nodes;
+}
+
+std::string mapIdentity(const nav_msgs::OccupancyGrid& map) {
+  nav_msgs::MapMetaData info = map.info;
+  info.map_load_time = ros::Time();
+  replay::Bytes bytes(ros::serialization::serializationLength(info));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, info);
+  bytes.insert(bytes.end(), map.data.begin(), map.data.end());
+  return replay::sha256(bytes);
 }
 
 }  // namespace afterglow::nodes

@@ -3,6 +3,7 @@
 /// description, its map, the projector's calibration, the nodes around its topics.
 #pragma once
 
+#include <nav_msgs/OccupancyGrid.h>
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <tf2/buffer_core.h>
@@ -53,5 +54,9 @@ class WorldSnapshot {
 /// Asks the master who publishes and who hears these topics, the answers of those that are goals,
 /// and all velocities and joysticks, without this node. Empty if it does not answer.
 replay::RecordedNodes nodesNow(const std::vector<std::string>& topics);
+
+/// SHA-256 over size, resolution, origin and cells: the same for the same map, whenever it was
+/// loaded.
+std::string mapIdentity(const nav_msgs::OccupancyGrid& map);
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 // Which map a robot is localized on.
-#include "nodes/conversion/map_identity.hpp"
+#include "nodes/recorder/world_snapshot.hpp"
 
 #include <gtest/gtest.h>
 

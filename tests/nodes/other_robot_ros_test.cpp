@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/conversion/map_identity.hpp"
+#include "nodes/recorder/world_snapshot.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/node_process.hpp"
