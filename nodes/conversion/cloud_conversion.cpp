@@ -4,16 +4,88 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "calib/parallel.hpp"
-#include "nodes/conversion/cloud_fields.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "render/compose/workers.hpp"
 
 namespace afterglow::nodes {
+namespace {
+
+std::array<double, 2> boundsOf(const std::vector<double>& values) {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    least = std::min(least, value);
+    greatest = std::max(greatest, value);
+  }
+  return {least, greatest};
+}
+
+render::Color between(const render::Color& a, const render::Color& b, double share) {
+  const auto s = static_cast<float>(share);
+  return {a.r + s * (b.r - a.r), a.g + s * (b.g - a.g), a.b + s * (b.b - a.b), 1};
+}
+
+}  // namespace
+
+render::Color rainbow(double share) {
+  const double hue = 5 * std::clamp(share, 0.0, 1.0);  // in sixths of the circle
+  // Distance from red, green and blue on the hue circle of six; full within 1, none from 2.
+  const auto channel = [hue](double at) {
+    const double apart = std::abs(hue - at);
+    return static_cast<float>(std::clamp(2 - std::min(apart, 6 - apart), 0.0, 1.0));
+  };
+  return {channel(0), channel(2), channel(4), 1};
+}
+
+render::ColorList colorsOf(const std::vector<double>& values, const ColorScale& scale) {
+  const auto [least, greatest] = scale.bounds ? *scale.bounds : boundsOf(values);
+  // Halves, so that the range of two huge values does not overflow.
+  const double half_range = greatest / 2 - least / 2;
+  render::ColorList colors;
+  colors.reserve(values.size());
+  for (const double value : values) {
+    const bool placed = std::isfinite(value) && half_range > 0;
+    const double share = placed ? std::clamp((value / 2 - least / 2) / half_range, 0.0, 1.0) : 0.0;
+    colors.push_back(scale.rainbow ? rainbow(scale.invert ? 1 - share : share)
+                                   : between(scale.least, scale.greatest, share));
+  }
+  return colors;
+}
+
+render::Color gray(const render::Color& color) {
+  const float light = 0.2989f * color.r + 0.5870f * color.g + 0.1140f * color.b;
+  return {light, light, light, color.a};
+}
+
+bool isAxis(ColorSource source) {
+  return source == ColorSource::AxisX || source == ColorSource::AxisY ||
+         source == ColorSource::AxisZ;
+}
+
+int axisOf(ColorSource source) {
+  if (!isAxis(source)) throw std::logic_error("axisOf: this color source has no axis");
+  return static_cast<int>(source) - static_cast<int>(ColorSource::AxisX);
+}
+
+void colorByAxis(render::PointCloud& cloud, const AxisColor& color,
+                 const Eigen::Isometry3d& T_fixed_cloud) {
+  const Eigen::RowVector3d row = T_fixed_cloud.linear().row(color.axis);
+  const double origin = T_fixed_cloud.translation()[color.axis];
+  std::vector<double> values;
+  values.reserve(cloud.points.size());
+  for (const Eigen::Vector3f& point : cloud.points.get()) {
+    values.push_back(row.dot(point.cast<double>()) + origin);
+  }
+  cloud.colors = asBytes(colorsOf(values, color.scale));
+}
+
 namespace {
 
 using sensor_msgs::PointCloud2;
@@ -285,6 +357,88 @@ Converted<render::PointCloud> toPointCloud(const PointCloud2& message, const Clo
   std::string remarks = sizeRemark(message);
   if (!finder.remarks().empty()) remarks += (remarks.empty() ? "" : "; ") + finder.remarks();
   return {CloudReader(message, style, std::move(*fields)).read(), remarks};
+}
+
+namespace {
+
+using sensor_msgs::PointField;
+
+std::size_t sizeOf(std::uint8_t datatype) {
+  switch (datatype) {
+    case PointField::INT8:
+    case PointField::UINT8:
+      return 1;
+    case PointField::INT16:
+    case PointField::UINT16:
+      return 2;
+    case PointField::FLOAT64:
+      return 8;
+    default:
+      return 4;
+  }
+}
+
+}  // namespace
+
+const std::vector<std::uint8_t> kRealTypes = {PointField::FLOAT32, PointField::FLOAT64};
+const std::vector<std::uint8_t> kPackedTypes = {PointField::FLOAT32, PointField::INT32,
+                                                PointField::UINT32};
+const std::vector<std::uint8_t> kNumberTypes = {
+    PointField::INT8,  PointField::UINT8,  PointField::INT16,   PointField::UINT16,
+    PointField::INT32, PointField::UINT32, PointField::FLOAT32, PointField::FLOAT64};
+
+double FieldReader::number(const std::uint8_t* point) const {
+  switch (datatype_) {
+    case PointField::INT8:
+      return load<std::int8_t>(point);
+    case PointField::UINT8:
+      return load<std::uint8_t>(point);
+    case PointField::INT16:
+      return load<std::int16_t>(point);
+    case PointField::UINT16:
+      return load<std::uint16_t>(point);
+    case PointField::INT32:
+      return load<std::int32_t>(point);
+    case PointField::UINT32:
+      return load<std::uint32_t>(point);
+    case PointField::FLOAT32:
+      return static_cast<double>(load<float>(point));
+    case PointField::FLOAT64:
+      return load<double>(point);
+    default:
+      return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+const PointField* FieldFinder::look(const std::string& name) const {
+  const auto found = std::find_if(message_.fields.begin(), message_.fields.end(),
+                                  [&name](const PointField& field) { return field.name == name; });
+  return found == message_.fields.end() ? nullptr : &*found;
+}
+
+std::optional<FieldReader> FieldFinder::find(const std::vector<std::string>& names,
+                                             const std::vector<std::uint8_t>& datatypes) {
+  const auto name = std::find_if(names.begin(), names.end(),
+                                 [this](const std::string& candidate) { return has(candidate); });
+  const std::string quoted = "field '" + printable(name == names.end() ? names[0] : *name) + "'";
+  if (name == names.end()) {
+    fault_ = "no " + quoted;
+    return std::nullopt;
+  }
+  const PointField& field = *look(*name);
+  if (std::find(datatypes.begin(), datatypes.end(), field.datatype) == datatypes.end()) {
+    fault_ = quoted + " is of another type than can be read";
+    return std::nullopt;
+  }
+  if (std::uint64_t{field.offset} + sizeOf(field.datatype) > message_.point_step) {
+    fault_ = quoted + " lies beyond the point";
+    return std::nullopt;
+  }
+  const auto of_name = std::count_if(message_.fields.begin(), message_.fields.end(),
+                                     [&name](const auto& other) { return other.name == *name; });
+  if (of_name > 1) remark(quoted + " more than once: the first counts");
+  if (field.count != 1) remark(quoted + " is not of one number: the first counts");
+  return FieldReader(field, message_.is_bigendian != 0);
 }
 
 }  // namespace afterglow::nodes

@@ -2,10 +2,16 @@
 /// nav_msgs/Path -> lines and, if wanted, axes or arrows at its poses; poses alone, and their
 /// spread. Semantics: RViz 1.14 (path_display.cpp, pose_display.cpp, pose_array_display.cpp,
 /// covariance_visual.cpp).
+///
+/// geometry_msgs/Polygon, nav_msgs/GridCells and sensor_msgs/Range -> lines, faces and cones.
+/// Semantics: RViz 1.14 (polygon_display.cpp, grid_cells_display.cpp, range_display.cpp).
 #pragma once
 
+#include <geometry_msgs/Polygon.h>
 #include <geometry_msgs/PoseWithCovariance.h>
+#include <nav_msgs/GridCells.h>
 #include <nav_msgs/Path.h>
+#include <sensor_msgs/Range.h>
 
 #include <Eigen/Geometry>
 #include <vector>
@@ -75,5 +81,22 @@ struct CovarianceStyle {
 /// is left out. Refused: numbers that are not finite.
 Converted<Drawables> toPoseShapes(const geometry_msgs::PoseWithCovariance& pose,
                                   const PathStyle& style, const CovarianceStyle& spread);
+
+/// The most corners of a polygon that is filled, and cells of one message.
+constexpr std::size_t kMostFilledCorners = 1'000, kMostGridCells = std::size_t{1} << 19;
+
+/// The outline, closed, or, `filled`, the face, as it lies in its best plane; none of no points.
+/// Refused: points that are not finite or absurdly far, too many, and a face without an area.
+Converted<Drawables> toPolygonShapes(const geometry_msgs::Polygon& polygon, const PathStyle& style,
+                                     bool filled, const render::Color& color);
+
+/// Rectangles along x and y around the cells. Refused: sizes that are not positive, cells that are
+/// not finite or absurdly far, more than kMostGridCells.
+Converted<Drawables> toCellShapes(const nav_msgs::GridCells& message, const render::Color& color);
+
+/// A cone from the sensor along x up to the range; none without a return. A ranger of a fixed
+/// distance (min_range is max_range) says -Inf if something is within it. Refused: a field of view
+/// that is none.
+Converted<Drawables> toConeShapes(const sensor_msgs::Range& message, const render::Color& color);
 
 }  // namespace afterglow::nodes

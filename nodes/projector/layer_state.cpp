@@ -6,7 +6,6 @@
 #include <utility>
 #include <variant>
 
-#include "nodes/conversion/area_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/conversion/cloud_color.hpp"
+#include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"

@@ -8,7 +8,6 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include "nodes/conversion/area_conversion.hpp"
 #include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/grid_conversion.hpp"
 #include "nodes/conversion/marker_conversion.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/conversion/cloud_color.hpp"
+#include "nodes/conversion/cloud_conversion.hpp"
 
 #include <gtest/gtest.h>
 

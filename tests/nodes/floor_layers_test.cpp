@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "nodes/conversion/area_conversion.hpp"
 #include "nodes/conversion/camera_messages.hpp"
+#include "nodes/conversion/path_conversion.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "replay/bags/bag_file.hpp"
 #include "replay/store/open/open_store.hpp"
