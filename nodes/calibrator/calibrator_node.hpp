@@ -8,8 +8,11 @@
 /// projector, latched, once solved), /robotsound, /diagnostics, /tf_static if asked.
 /// Services (std_srvs/Trigger): ~start (from the beginning), ~stop, ~take (a view now, even if the
 /// board moves or was held so before), ~solve (with the views there are), ~discard_last.
+///
+/// calibrator_node's parameters.
 #pragma once
 
+#include <ros/node_handle.h>
 #include <ros/ros.h>
 
 #include <chrono>
@@ -19,18 +22,58 @@
 #include <string>
 #include <vector>
 
+#include "calib/guide/guide.hpp"
 #include "calib/guide/view_builder.hpp"
-#include "nodes/calibrator/background_solver.hpp"
+#include "calib/latency/latency.hpp"
+#include "calib/report/calibration_files.hpp"
+#include "calib/solver/solve.hpp"
 #include "nodes/calibrator/calibration_session.hpp"
-#include "nodes/calibrator/calibrator_options.hpp"
 #include "nodes/calibrator/calibrator_topics.hpp"
 #include "nodes/calibrator/camera_subscriber.hpp"
-#include "nodes/calibrator/latency_measurement.hpp"
 #include "nodes/calibrator/pattern_screen.hpp"
 #include "nodes/tools/calibration_folder.hpp"
+#include "nodes/tools/window_choice.hpp"
+#include "render/light_output.hpp"
 #include "replay/clock/worker_thread.hpp"
 
 namespace afterglow::nodes {
+
+/// No name here is that of a topic or service of the node: remapping one would move both.
+struct CalibratorOptions {
+  std::string board;        ///< ~board_file: board.yaml of the printed board
+  std::string pattern;      ///< ~pattern_file: pattern.yaml; empty: the default one for
+  int width = 0;            ///< ~width, px: and
+  int height = 0;           ///< ~height, px: of the projector's picture
+  std::string out;          ///< ~out: folder of the calibration
+  std::string image_topic;  ///< ~image_topic (/camera/image_raw)
+  /// ~camera_info_topic; empty: camera_info beside the image topic.
+  std::string camera_info_topic;
+  std::string camera_info;  ///< ~camera_info_file, instead of the topic
+  /// ~views (16), ~coverage (0.5), ~still_seconds (0.5), ~still_pixels (0.5), ~settle_frames (2),
+  /// ~patience_seconds (4)
+  calib::GuideOptions guide;
+  std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in meters
+  /// ~latency (true): measure the projector's delay (guide.times_delay). ~config_file: the
+  /// configuration of projector_node that it is written to; empty: it is only told. ~config_name:
+  /// the projector's name there, among several. ~led_file: LatencyMeasurement's. ~image_stamps
+  /// (start, middle or end of the exposure): what the camera's driver stamps; empty: unknown.
+  std::string config, config_name, led;
+  calib::StampMeaning stamps = calib::StampMeaning::Unknown;
+  /// ~refine_camera, ~fix_camera: as the options of `afterglow calibrate solve`
+  calib::CameraUse camera_use = calib::CameraUse::RefineIfContradicted;
+  bool is_started = true;            ///< ~autostart: at once, without the service
+  bool is_spoken = true;             ///< ~speak: on /robotsound
+  bool publishes_transform = false;  ///< ~publish_transform: camera to projector, on /tf_static
+  std::string camera_frame;          ///< ~camera_frame; empty: the images'
+  calib::CalibrationNames names;     ///< ~projector_frame, ~projector_name; camera_frame as above
+  WindowChoice window;
+  /// ~mirror (none, horizontal, vertical, both) of the window's picture: as in the configuration of
+  /// projector_node (render::LightSettings says why).
+  render::Mirror mirror = render::Mirror::None;
+
+  /// Throws std::runtime_error naming the parameter that is missing or wrong.
+  static CalibratorOptions read(const ros::NodeHandle& own);
+};
 
 /// Watches the camera from construction to stop() in a thread of its own; solving has another one.
 /// Callbacks come from the caller's spinner.

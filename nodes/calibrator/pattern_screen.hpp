@@ -1,5 +1,8 @@
 /// \file
 /// The projector's picture, on ~pattern and for whoever has a window.
+///
+/// Measures the delay of what a screen shows, seen by a camera: projector's pictures, and perhaps a
+/// second light beside them.
 #pragma once
 
 #include <ros/ros.h>
@@ -7,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -15,6 +19,7 @@
 #include "calib/latency/latency.hpp"
 #include "calib/picture.hpp"
 #include "calib/targets/pattern.hpp"
+#include "nodes/calibrator/camera_subscriber.hpp"
 
 namespace afterglow::nodes {
 
@@ -47,6 +52,32 @@ class PatternScreen {
   bool is_changed_ = true;
   ros::NodeHandle nh_;
   ros::Publisher publisher_;
+};
+
+/// Used by one thread. Everything throws calib::LatencyRefused and, of the second light's file,
+/// std::runtime_error.
+class LatencyMeasurement {
+ public:
+  /// `led`: a file that a light follows, which is on after "1" was written and off after "0": below
+  /// /sys/class/leds, a GPIO's, a serial port's; empty: there is none. `screen` must outlive this.
+  LatencyMeasurement(PatternScreen& screen, const std::string& led);
+  ~LatencyMeasurement();
+
+  /// Switches what is due; returns the time until something else is. To be called again then, or
+  /// sooner.
+  std::chrono::nanoseconds goOn();
+  void see(const CameraImage& image);
+  bool isDone() const { return run_.isDone(); }
+
+  /// The delay of the screen, once it is done.
+  const calib::SeenDelay& seen() const { return run_.seen().front(); }
+  calib::ProjectorDelay delay(calib::StampMeaning stamps) const;
+
+ private:
+  class Led;
+
+  std::unique_ptr<Led> led_;  ///< null: there is none
+  calib::LatencyRun run_;
 };
 
 }  // namespace afterglow::nodes

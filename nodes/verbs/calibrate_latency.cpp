@@ -17,7 +17,6 @@
 #include "calib/latency/latency.hpp"
 #include "calib/targets/pattern.hpp"
 #include "nodes/calibrator/camera_subscriber.hpp"
-#include "nodes/calibrator/latency_measurement.hpp"
 #include "nodes/calibrator/pattern_screen.hpp"
 #include "nodes/calibrator/pattern_window.hpp"
 #include "nodes/projector/projector_config.hpp"
