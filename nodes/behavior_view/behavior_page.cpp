@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/pages/drawing.hpp"
 #include "nodes/pages/page.hpp"
-#include "nodes/pages/time_plot.hpp"
 #include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
 

@@ -1,12 +1,17 @@
 /// \file
 /// The drawings of a calibration's report, for drawing.html.
+///
+/// Residuals drawn as magnified lines, over a photograph or over the projector's picture.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "calib/detection/observe.hpp"
 #include "calib/report/certainty.hpp"
+#include "calib/solver/calibration.hpp"
+#include "nodes/pages/drawing.hpp"
 #include "nodes/pages/page.hpp"
 
 namespace afterglow::nodes {
@@ -35,5 +40,33 @@ PageData residualFigure(const calib::Calibration& calibration);
 /// if `photographs` has none of the view's name.
 PageData photograph(const calib::ViewResult& view,
                     const std::vector<calib::Photographs>& photographs, double magnification);
+
+struct ResidualLine {
+  Eigen::Vector2d at, error;  ///< px of the picture drawn on
+  std::string look;           ///< printed, projected, outlier
+  std::string remark;         ///< remark on an outlier: shown when pointed at
+};
+using ResidualLines = std::vector<ResidualLine>;
+
+/// A view's residuals in the photograph's pixels, counted from `origin`. What is not finite is
+/// left out, here and below.
+ResidualLines photographLines(const calib::ViewResult& view,
+                              const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
+/// Returns the lines of all used views in the projector's pixels.
+ResidualLines projectorLines(const calib::Calibration& calibration);
+
+/// Makes nine of ten lines no longer than a fortieth of the picture's width: 1, 2 or 5 times a
+/// power of ten, at least 1.
+double magnificationFor(const ResidualLines& lines, int picture_width);
+bool hasErrors(const ResidualLines& lines);
+
+/// Draws with a dark halo, to be seen on any photograph, and, where there are errors, a bar of
+/// known length.
+void drawOnPhotograph(const ResidualLines& lines, double magnification, int width, int height,
+                      Drawing& drawing);
+void drawOnMap(const ResidualLines& lines, double magnification, int width, Drawing& drawing);
+
+/// Explains the looks that occur; "photo-" before them: as they are on photographs.
+PageData residualLegend(const ResidualLines& lines, const std::string& before_look);
 
 }  // namespace afterglow::nodes

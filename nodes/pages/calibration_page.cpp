@@ -8,9 +8,8 @@
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
 #include "nodes/pages/calibration_drawings.hpp"
+#include "nodes/pages/drawing.hpp"
 #include "nodes/pages/page_numbers.hpp"
-#include "nodes/pages/residual_lines.hpp"
-#include "nodes/pages/time_plot.hpp"
 #include "replay/messages/text.hpp"
 
 namespace afterglow::nodes {

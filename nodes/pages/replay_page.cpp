@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "calib/file_replacement.hpp"
+#include "nodes/pages/drawing.hpp"
 #include "nodes/pages/page.hpp"
 #include "nodes/pages/page_numbers.hpp"
-#include "nodes/pages/time_plot.hpp"
 #include "replay/messages/text.hpp"
 #include "replay/query/time_text.hpp"
 

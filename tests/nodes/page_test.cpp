@@ -6,7 +6,6 @@
 
 #include <stdexcept>
 
-#include "nodes/pages/page_context.hpp"
 #include "tests/support/markup.hpp"
 
 namespace afterglow::nodes::page_test {

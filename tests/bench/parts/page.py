@@ -1,6 +1,6 @@
 """Pages of benchmarks in the look of the product's own: assets/pages/head.html and its style sheet.
 
-Light and dark, one file, without scripts or network; plots as nodes/pages/time_plot.cpp has them.
+Light and dark, one file, without scripts or network; plots as nodes/pages/drawing.cpp has them.
 """
 import html
 import math
