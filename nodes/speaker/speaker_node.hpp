@@ -1,11 +1,14 @@
 /// \file
 /// Replaces sound_play where it is absent: plays the requests on /robotsound, also those of older
 /// definitions. Source of semantics: audio_common/sound_play, soundplay_node.py.
+///
+/// The spoken text as a text marker for a projector, for those who cannot hear it.
 #pragma once
 
 #include <ros/ros.h>
 #include <sound_play/SoundRequest.h>
 #include <std_msgs/String.h>
+#include <visualization_msgs/Marker.h>
 
 #include <deque>
 #include <map>
@@ -13,12 +16,31 @@
 #include <string>
 
 #include "nodes/conversion/typed_message.hpp"
-#include "nodes/speaker/floor_caption.hpp"
 #include "nodes/speaker/sound_board.hpp"
 #include "nodes/speaker/speech.hpp"
 #include "nodes/speaker/speech_log.hpp"
 
 namespace afterglow::nodes {
+
+/// Topic: ~caption_topic (visualization_msgs/Marker, TEXT_VIEW_FACING). Parameters: ~caption_topic
+/// ("": none), ~caption_frame (map), ~caption_position ([0, 0, 0], m), ~caption_height (0.08, m, of
+/// a capital), ~caption_line (40, letters; longer ones are broken between words).
+class FloorCaption {
+ public:
+  /// Empty without a topic. Throws std::runtime_error for a parameter that cannot be obeyed.
+  static std::unique_ptr<FloorCaption> read(ros::NodeHandle node,
+                                            const ros::NodeHandle& private_node);
+
+  /// An empty text removes the caption.
+  void show(const std::string& text);
+
+ private:
+  FloorCaption() = default;
+
+  visualization_msgs::Marker marker_;
+  int longest_line_ = 40;
+  ros::Publisher publisher_;
+};
 
 /// Topics, in: /robotsound (sound_play/SoundRequest of any definition); /robotsound/ahead,
 /// sentences that will be requested: prepared in idle time, so that they start at once. Out,

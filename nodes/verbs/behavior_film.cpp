@@ -16,7 +16,6 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/observer/caption.hpp"
 #include "nodes/observer/film.hpp"
-#include "nodes/observer/film_pace.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/recorded_speech.hpp"

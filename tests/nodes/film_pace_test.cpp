@@ -1,4 +1,4 @@
-#include "nodes/observer/film_pace.hpp"
+#include "nodes/observer/film.hpp"
 
 #include <gtest/gtest.h>
 
