@@ -16,7 +16,7 @@
 
 #include "nodes/console/robot_links.hpp"
 #include "replay/clock/worker_thread.hpp"
-#include "replay/motion/stops/hold_to_run.hpp"
+#include "replay/motion/stops/operator_stops.hpp"
 
 namespace afterglow::nodes {
 
@@ -29,7 +29,7 @@ class RunningReplay {
   struct Surroundings {
     /// Returns true if a page of this session listens to events.
     std::function<bool(const std::string& session)> is_listening;
-    /// Called before a goal goes out, and after it has ended: running_replay.hpp.
+    /// Called before a goal goes out, and after it has ended: DeadManSwitch.
     std::function<void(bool runs)> tell_dead_man_switch;
   };
   struct Start {
@@ -61,7 +61,7 @@ class RunningReplay {
 
   /// Waits until the player has begun or refused, up to 3 s. Throws HttpError 409 with its words.
   void start(const Start& start);
-  /// The page's button is pressed, which a page says again and again (hold_to_run.hpp). Returns
+  /// The page's button is pressed, which a page says again and again (operator_stops.hpp). Returns
   /// whether that holds a replay.
   bool beat(const std::string& session);
   /// Whatever is replayed, by whomever it was started. False: the player does not hear it.

@@ -20,8 +20,7 @@
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/silence_monitor.hpp"
-#include "replay/motion/stops/hold_to_run.hpp"
-#include "replay/motion/stops/stop_field.hpp"
+#include "replay/motion/stops/operator_stops.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/robot_profile.hpp"
 

@@ -17,7 +17,7 @@
 #include "nodes/tools/diagnostics.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
-#include "replay/motion/stops/stop_field.hpp"
+#include "replay/motion/stops/operator_stops.hpp"
 
 namespace afterglow::nodes {
 namespace {

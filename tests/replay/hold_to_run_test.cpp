@@ -1,4 +1,4 @@
-#include "replay/motion/stops/hold_to_run.hpp"
+#include "replay/motion/stops/operator_stops.hpp"
 
 #include <gtest/gtest.h>
 

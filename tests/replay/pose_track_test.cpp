@@ -6,7 +6,6 @@
 #include <limits>
 #include <random>
 
-#include "replay/motion/base/track_builder.hpp"
 #include "replay/motion/base/track_reader.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"

@@ -1,4 +1,4 @@
-#include "replay/motion/stops/stop_field.hpp"
+#include "replay/motion/stops/operator_stops.hpp"
 
 #include <gtest/gtest.h>
 

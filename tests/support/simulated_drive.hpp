@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "replay/motion/base/base_tracker.hpp"
-#include "replay/motion/base/track_builder.hpp"
+#include "replay/motion/base/track_reader.hpp"
 
 namespace afterglow::test {
 

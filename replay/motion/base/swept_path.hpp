@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "replay/motion/base/floor_scan.hpp"
-#include "replay/motion/base/footprint.hpp"
 #include "replay/motion/pose_track.hpp"
 
 namespace afterglow::replay {
