@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "nodes/console/http_message.hpp"
-#include "replay/plan/modality_options.hpp"
+#include "replay/plan/topic_role.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

@@ -15,7 +15,7 @@
 #include "replay/clock/timeline.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/messages/text.hpp"
-#include "replay/plan/modality_options.hpp"
+#include "replay/plan/topic_role.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::nodes {

@@ -11,7 +11,7 @@
 #include "nodes/player/media_sink.hpp"
 #include "nodes/player/robot_file.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/plan/modality_options.hpp"
+#include "replay/plan/topic_role.hpp"
 #include "replay/query/behavior_selector.hpp"
 #include "replay/record/snapshot.hpp"
 

@@ -11,7 +11,7 @@
 #include "nodes/tools/yaml_map.hpp"
 #include "replay/messages/robot_names.hpp"
 #include "replay/motion/motion_limits.hpp"
-#include "replay/plan/rewrite_rules.hpp"
+#include "replay/plan/rewrite.hpp"
 #include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {

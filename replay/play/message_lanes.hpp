@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
-#include "replay/plan/modality_options.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/plan/topic_role.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

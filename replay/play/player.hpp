@@ -14,7 +14,6 @@
 #include "replay/play/body_in_force.hpp"
 #include "replay/play/ledger.hpp"
 #include "replay/play/outbox.hpp"
-#include "replay/play/play_options.hpp"
 #include "replay/play/play_report.hpp"
 #include "replay/play/scheduler.hpp"
 #include "replay/play/step_gate.hpp"

@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "replay/plan/modality_options.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
