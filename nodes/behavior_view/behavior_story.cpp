@@ -16,7 +16,7 @@
 #include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/behavior_edit.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -12,7 +12,7 @@
 #include "replay/messages/foreign_json.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/query/outcome.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -18,7 +18,7 @@
 #include "replay/query/filter.hpp"
 #include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
-#include "replay/store/message_lookup.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -9,7 +9,7 @@
 #include "replay/messages/foreign_json.hpp"
 #include "replay/play/scene_at.hpp"
 #include "replay/record/snapshot.hpp"
-#include "replay/store/message_lookup.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

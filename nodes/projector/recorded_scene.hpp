@@ -13,8 +13,8 @@
 
 #include "nodes/projector/projector_scene.hpp"
 #include "render/compose/light_census.hpp"
-#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 

@@ -10,7 +10,7 @@
 
 #include "nodes/conversion/sound_request.hpp"
 #include "replay/ask/said.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -19,8 +19,8 @@
 #include "replay/query/time_text.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/behavior_edit.hpp"
-#include "replay/store/known_channels.hpp"
 #include "replay/store/open/open_store.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::nodes {
 namespace {

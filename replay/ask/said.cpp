@@ -7,7 +7,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/query/filter.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::replay {
 namespace {

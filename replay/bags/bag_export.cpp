@@ -6,7 +6,7 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/export_file.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::replay {
 namespace {

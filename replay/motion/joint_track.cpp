@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "replay/messages/document.hpp"
-#include "replay/store/known_channels.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -4,8 +4,8 @@
 #include "replay/messages/field_edit.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/plan/play_plan.hpp"
-#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -17,8 +17,8 @@
 #include "replay/play/scene_at.hpp"
 #include "replay/play/step_gate.hpp"
 #include "replay/play/transport.hpp"
-#include "replay/store/known_channels.hpp"
 #include "replay/store/store.hpp"
+#include "replay/store/store_reading.hpp"
 
 namespace afterglow::replay {
 

@@ -1,19 +1,41 @@
 /// \file
 /// The messages of a MongoDB store (mongo_layout.hpp). Internal to replay/store.
+///
+/// Bytes that are too large for a document, in chunks: GridFS (github.com/mongodb/specifications,
+/// gridfs-spec), bucket "fs". Every tool that knows GridFS reads it.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "replay/query/filter.hpp"
-#include "replay/store/mongo/mongo_blobs.hpp"
 #include "replay/store/mongo/mongo_catalog.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
 #include "replay/store/mongo/mongo_layout.hpp"
-#include "replay/store/mongo/undo_log.hpp"
 
 namespace afterglow::replay {
+
+/// Files of a GridFS bucket under ids of their own, so that storing one again changes nothing.
+/// The client must outlive it. Throws StoreError.
+class MongoBlobs {
+ public:
+  MongoBlobs(const MongoClient& client, std::string database)
+      : client_(client), database_(std::move(database)) {}
+
+  void makeIndexes() const;
+  /// The file itself comes last: one that was broken off is not there.
+  void put(const std::string& id, const Bytes& contents) const;
+  /// Empty if there is no such file; throws if length or checksum differ from those of put().
+  std::optional<Bytes> get(const std::string& id) const;
+  bool contains(const std::string& id) const;
+  void remove(const std::string& id) const;
+
+ private:
+  const MongoClient& client_;
+  std::string database_;
+};
 
 /// Returns a query for messages of a recording: those in [begin, end) on these channels of one
 /// collection; all on the collection if `channels` is empty.

@@ -1,8 +1,12 @@
 /// \file
 /// Search for behaviors in a MongoDB store: the server narrows, Filter judges. Internal to
 /// replay/store.
+///
+/// A behavior's messages from a MongoDB server, in total order over the collections of its topics.
 #pragma once
 
+#include <deque>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -39,6 +43,34 @@ class MongoQuery {
   const BehaviorFilter& filter_;
   std::size_t behaviors_ = 0, looked_at_ = 0;  ///< looked_at_: messages
   std::set<std::string> asked_;                ///< the server's questions about messages
+};
+
+/// Reads every collection in pages of its own and merges them. Between two pages nothing is held on
+/// the server: the reader may pause for as long as it likes, and the server may be restarted.
+class MongoCursor final : public MessageCursor {
+ public:
+  MongoCursor(const MongoMessages& messages, const Behavior& behavior, const MessageRange& range);
+  std::optional<Message> next() override;
+
+ private:
+  struct Lane {
+    std::string collection;
+    std::vector<std::int64_t> channels;
+    std::shared_ptr<const Schema> schema;  ///< schema that narrows the filter; null: several
+    std::deque<Message> page;
+    Stamp received;              ///< begin of the next page ...
+    std::int64_t sequence = -1;  ///< ... behind this one of that stamp
+    bool is_done = false;
+  };
+
+  void readPage(Lane& lane);
+  Bson pageQuery(const Lane& lane) const;
+
+  const MongoMessages& messages_;
+  std::string recording_key_;
+  Stamp end_;
+  std::shared_ptr<const Filter> where_;
+  std::vector<Lane> lanes_;
 };
 
 }  // namespace afterglow::replay

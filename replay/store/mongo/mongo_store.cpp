@@ -2,7 +2,6 @@
 
 #include <limits>
 
-#include "replay/store/mongo/mongo_cursor.hpp"
 #include "replay/store/mongo/mongo_open.hpp"
 #include "replay/store/mongo/mongo_query.hpp"
 

@@ -6,11 +6,9 @@
 #include <mutex>
 #include <string>
 
-#include "replay/store/mongo/mongo_blobs.hpp"
 #include "replay/store/mongo/mongo_catalog.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
 #include "replay/store/mongo/mongo_messages.hpp"
-#include "replay/store/mongo/undo_log.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

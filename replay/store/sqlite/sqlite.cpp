@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "replay/store/checksum.hpp"
-#include "replay/store/private_files.hpp"
+#include "replay/store/sqlite/store_files.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "replay/store/sqlite/sqlite_messages.hpp"
-#include "replay/store/sqlite/store_locks.hpp"
+#include "replay/store/sqlite/store_files.hpp"
 
 namespace afterglow::replay {
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "replay/store/private_files.hpp"
+#include "replay/store/sqlite/store_files.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -34,7 +34,7 @@
 ///     behavior, channel, count, first_ns, last_ns
 ///   imports       recordings that are being imported and have no behavior yet. The table is made
 ///                 by the first import. A lock on byte `recording` of the file PATH.imports tells
-///                 that an import's program lives (store_locks.hpp)
+///                 that an import's program lives (store_files.hpp)
 ///     recording
 ///   files         contents of files that behaviors refer to
 ///     sha256 (64 hex digits), contents

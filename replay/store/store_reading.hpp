@@ -1,5 +1,6 @@
 /// \file
-/// Channels of messages that are read one after the other.
+/// Channels of messages that are read one after the other, and single messages of a behavior, found
+/// without reading all of it.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +10,7 @@
 
 #include "replay/messages/message.hpp"
 #include "replay/messages/schema.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::replay {
 
@@ -36,5 +38,10 @@ class KnownChannels {
   const Store& store_;
   std::map<std::int64_t, Known> known_;
 };
+
+/// Returns the newest message on the topic, a behavior's own or one of its context, at or before
+/// the moment; found by looking back twice as far each time. Throws StoreError.
+std::optional<Message> newestMessage(const Store& store, const Behavior& behavior,
+                                     const std::string& topic, Stamp moment);
 
 }  // namespace afterglow::replay
