@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 

@@ -6,7 +6,7 @@
 /// - ~commands (sensor_msgs/JointState): what its controllers command now, a joint that is limp is
 ///   missing; as velocity the fastest change of a command since the message before, by cycles of
 ///   10 ms: a step of 0.8 rad reads 80 rad/s.
-/// Its base is driven through a multiplexer (fake_switches.hpp), and it has a runstop (fake_switches.hpp).
+/// Its base is driven through a multiplexer, and it has a runstop (fake_switches.hpp).
 /// ~hand (sensor_msgs/JointState) is somebody who switches the controllers of these joints off and
 /// moves them there; ~reset somebody who puts all back to the start, and restarts the robot; ~mute
 /// (std_msgs/Bool) a driver that tells of no joints any more.
@@ -37,7 +37,7 @@
 #include "nodes/fetch/fake_fetch.hpp"
 #include "nodes/fetch/fake_laser.hpp"
 #include "nodes/fetch/fake_switches.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "replay/clock/sender_clock.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/clock/clock.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/motion/base/base_tracker.hpp"
 #include "replay/motion/base/obstacle_stop.hpp"
 #include "replay/motion/base/track_reader.hpp"

@@ -16,7 +16,7 @@
 
 #include "nodes/player/base_sensors.hpp"
 #include "nodes/player/guarded_sink.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/base/base_tracker.hpp"
 #include "replay/motion/base/obstacle_stop.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "nodes/tools/yaml_map.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/rewrite.hpp"
 #include "replay/plan/robot_profile.hpp"

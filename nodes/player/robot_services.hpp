@@ -23,7 +23,7 @@
 
 #include "nodes/tools/next_fields.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 

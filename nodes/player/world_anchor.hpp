@@ -21,7 +21,7 @@
 
 #include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/store/store.hpp"

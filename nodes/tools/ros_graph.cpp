@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "nodes/tools/stop_signal.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

@@ -14,7 +14,7 @@
 
 #include "nodes/player/robot_services.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "replay/ask/phrase_match.hpp"
-#include "replay/ask/spoken_time.hpp"
+#include "replay/ask/spoken_words.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

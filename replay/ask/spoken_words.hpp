@@ -1,12 +1,18 @@
 /// \file
 /// A sentence of a person, or of a speech recognizer, as words; and the questions that it may mean.
+///
+/// The times in a question: "yesterday", "this morning", "an hour ago", "the second time", "before
+/// that".
 #pragma once
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
@@ -43,5 +49,18 @@ SpokenWords plainWords(const SpokenWords& words, const QuestionBook& book);
 
 /// Joins the words with blanks, as a text.
 std::string joined(const SpokenWords& words);
+
+struct SpokenTime {
+  enum class Which { Newest, Last, FromOldest, Before, After };
+
+  Which which = Which::Newest;           ///< Last: somebody said so; Before, After: the last answer
+  std::size_t count = 0;                 ///< FromOldest: 0 is the first one
+  std::optional<Stamp> since, until;     ///< wall clock, [since, until)
+  std::string text;                      ///< the words that said it; empty: none did
+  bool isGiven() const { return !text.empty(); }
+};
+
+/// Takes the words that say a time out of `words`. Days are those of this machine's time zone.
+SpokenTime takeTime(SpokenWords& words, Stamp now);
 
 }  // namespace afterglow::replay

@@ -1,6 +1,6 @@
 /// \file
 /// Rewrites a recorded message so that it can be published now: its stamps, its goal id, the start
-/// of its trajectory, its frames; by the rules of rewrite.hpp.
+/// of its trajectory, its frames; by the rules of its type.
 ///
 /// The fields of a type that a replay rewrites, and how: by type and field path. Source of the
 /// rules: actionlib's server (a known goal id is ignored silently, a goal older than the last one
@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "replay/messages/message.hpp"
-#include "replay/messages/robot_names.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/plan/motion_stop.hpp"

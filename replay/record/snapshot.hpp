@@ -30,7 +30,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

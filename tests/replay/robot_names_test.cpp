@@ -1,5 +1,5 @@
 // The names of a robot that is one of several, and of a recorded one on today's.
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 
 #include <gtest/gtest.h>
 

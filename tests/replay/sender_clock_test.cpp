@@ -1,5 +1,5 @@
 // Wall clocks that are set while a robot drives.
-#include "replay/clock/sender_clock.hpp"
+#include "replay/clock/clock.hpp"
 
 #include <gtest/gtest.h>
 

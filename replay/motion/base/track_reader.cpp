@@ -15,7 +15,7 @@
 
 #include "replay/messages/field_edit.hpp"
 #include "replay/messages/ranges.hpp"
-#include "replay/messages/robot_names.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
