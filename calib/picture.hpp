@@ -1,11 +1,17 @@
 /// \file
 /// A gray image: a photograph, a board or a pattern.
+///
+/// The steps between a camera's file and OpenCV.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
+
+namespace cv {
+class Mat;
+}
 
 namespace afterglow::calib {
 
@@ -33,5 +39,12 @@ std::string encodePng(const Picture& picture,
 
 /// Encodes the picture as a JPEG file, at most `widest` pixels wide.
 std::vector<std::uint8_t> jpegOf(const Picture& picture, int widest);
+
+/// The pixels of a file that begins as PNG, JPEG, WebP, BMP, PNM or TIFF do, whatever its name;
+/// `flags` are those of cv::imread. OpenCV as Debian builds it hands all else to libraries for maps
+/// and medical pictures (GDAL, GDCM), and GDCM ends the process over a file that is cut short.
+/// Throws std::runtime_error naming the file if it is none of these, cannot be decoded, or has more
+/// than 128 million pixels by its header.
+cv::Mat readPhotograph(const std::string& path, int flags);
 
 }  // namespace afterglow::calib

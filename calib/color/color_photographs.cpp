@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "calib/color/color.hpp"
-#include "calib/photograph.hpp"
+#include "calib/picture.hpp"
 
 namespace afterglow::calib {
 namespace {

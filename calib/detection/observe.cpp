@@ -8,7 +8,6 @@
 #include <opencv2/calib3d.hpp>
 #include <stdexcept>
 
-#include "calib/detection/light.hpp"
 #include "calib/detection/tag_detector.hpp"
 #include "calib/detection/tag_fit.hpp"
 #include "calib/detection/view_faults.hpp"

@@ -4,7 +4,6 @@
 
 #include <stdexcept>
 
-#include "calib/gray_code/decode.hpp"
 #include "calib/gray_code/lit_cells.hpp"
 #include "calib/gray_code/set.hpp"
 #include "calib/parallel.hpp"

@@ -11,7 +11,7 @@
 
 #include "calib/detection/observe.hpp"
 #include "calib/gray_code/chessboard.hpp"
-#include "calib/gray_code/decode.hpp"
+#include "calib/gray_code/set.hpp"
 #include "calib/targets/pattern.hpp"
 
 namespace afterglow::calib {

@@ -7,8 +7,11 @@
 /// DIR/POSE/cam_NN.png (Brown University's Projector-Camera Calibration and its descendants):
 /// white, black, then the same bits, as many of the columns as of the rows: the lowest ones may be
 /// missing. Codes lie in the middle of the numbers that their bits can write.
+///
+/// The projector pixel that lights each pixel of the camera.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,5 +56,21 @@ struct GrayCode {
 /// naming the steps that would fit: a wrong resolution can look like another step.
 GrayCode grayCodeOf(GrayCodeLayout layout, std::size_t pictures, int width, int height,
                     int step = 1);
+
+/// The projector's pixel for each pixel of the photograph, row by row; NaN where it is not lit
+/// directly or its stripes cannot be told from their inverse, infinite where its code belongs to no
+/// pixel of a picture of the projector's size.
+struct DecodedLight {
+  int width = 0, height = 0;
+  std::vector<Eigen::Vector2f> projector_px;
+
+  const Eigen::Vector2f& at(int x, int y) const {
+    return projector_px[std::size_t(y) * std::size_t(width) + std::size_t(x)];
+  }
+};
+
+/// `pictures`: as `code` has them, of one size. A pixel on the edge between two stripes is taken as
+/// exactly between them, which is half a pixel better than either. Pure.
+DecodedLight decode(const std::vector<Picture>& pictures, const GrayCode& code);
 
 }  // namespace afterglow::calib

@@ -1,6 +1,9 @@
 /// \file
 /// A finished calibration on disk: the files the rest of the world reads, replaced all at once or
 /// not at all, and the ones before them.
+///
+/// The texts of a calibration's three files, and calibration.yaml read back. Numbers are written so
+/// that reading gives exactly them.
 #pragma once
 
 #include <optional>
@@ -53,5 +56,27 @@ Rigid<Camera, Projector> loadTCameraProjector(const std::string& path);
 /// Oldest first; unreadable ones are skipped and named in `problems`.
 std::vector<CalibrationRecord> calibrationHistory(const std::string& folder,
                                                   std::vector<std::string>& problems);
+
+/// The order of a covariance's rows, and their units.
+struct ParameterName {
+  const char* name;
+  const char* unit;  ///< unit; "" for a number without one
+};
+extern const ParameterName kParameterNames[kCalibrationParameters];
+
+/// The form of camera_calibration_parsers. P is K beside zeros: a projector's picture is not
+/// rectified.
+std::string projectorYaml(const Lens& projector, const std::string& name);
+std::string transformYaml(const Rigid<Camera, Projector>& T_camera_projector,
+                          const CalibrationNames& names);
+std::string calibrationYaml(const Calibration& calibration, const CalibrationNames& names,
+                            const std::string& date);
+
+/// calibration.yaml or a copy of it. Throws std::runtime_error naming the file, key and value that
+/// are wrong.
+CalibrationRecord loadRecord(const std::string& path);
+
+/// 2026-11-21T04:30:00Z, and nothing else: it becomes a file's name.
+bool isDate(const std::string& text);
 
 }  // namespace afterglow::calib

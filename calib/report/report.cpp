@@ -8,7 +8,7 @@
 #include <string>
 
 #include "calib/number_text.hpp"
-#include "calib/report/calibration_yaml.hpp"
+#include "calib/report/calibration_files.hpp"
 #include "calib/report/certainty.hpp"
 #include "calib/solver/calibration.hpp"
 

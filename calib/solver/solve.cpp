@@ -11,7 +11,7 @@
 
 #include "calib/median.hpp"
 #include "calib/parallel.hpp"
-#include "calib/solver/beam.hpp"
+#include "calib/solver/influence.hpp"
 #include "calib/solver/linear_start.hpp"
 #include "calib/solver/outcome.hpp"
 #include "calib/solver/refine.hpp"

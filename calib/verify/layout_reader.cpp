@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "calib/detection/board_pose.hpp"
-#include "calib/detection/light.hpp"
 #include "calib/detection/tag_detector.hpp"
 #include "calib/detection/tag_fit.hpp"
 #include "calib/lens.hpp"

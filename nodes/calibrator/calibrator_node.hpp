@@ -8,8 +8,6 @@
 /// projector, latched, once solved), /robotsound, /diagnostics, /tf_static if asked.
 /// Services (std_srvs/Trigger): ~start (from the beginning), ~stop, ~take (a view now, even if the
 /// board moves or was held so before), ~solve (with the views there are), ~discard_last.
-///
-/// calibrator_node's parameters.
 #pragma once
 
 #include <ros/node_handle.h>
@@ -23,7 +21,7 @@
 #include <vector>
 
 #include "calib/guide/guide.hpp"
-#include "calib/guide/view_builder.hpp"
+#include "calib/guide/view_taker.hpp"
 #include "calib/latency/latency.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "calib/solver/solve.hpp"

@@ -6,7 +6,7 @@
 #include <ctime>
 
 #include "calib/number_text.hpp"
-#include "calib/report/calibration_yaml.hpp"
+#include "calib/report/calibration_files.hpp"
 #include "nodes/pages/calibration_drawings.hpp"
 #include "nodes/pages/drawing.hpp"
 #include "nodes/pages/page_numbers.hpp"

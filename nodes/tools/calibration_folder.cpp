@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "calib/file_replacement.hpp"
-#include "calib/report/calibration_yaml.hpp"
+#include "calib/report/calibration_files.hpp"
 #include "nodes/pages/calibration_page.hpp"
 #include "replay/query/time_text.hpp"
 

@@ -18,7 +18,6 @@
 #include "calib/camera_info_file.hpp"
 #include "calib/gray_code/gray_code_views.hpp"
 #include "calib/report/calibration_files.hpp"
-#include "calib/report/calibration_yaml.hpp"
 #include "calib/solver/solve.hpp"
 #include "calib/targets/target_files.hpp"
 #include "nodes/tools/calibration_folder.hpp"

@@ -16,7 +16,6 @@
 #include "calib/camera_info_file.hpp"
 #include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
-#include "calib/report/calibration_yaml.hpp"
 #include "tests/support/referee_program.hpp"
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"

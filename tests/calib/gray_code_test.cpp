@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "calib/gray_code/decode.hpp"
 #include "calib/gray_code/gray_code_views.hpp"
 #include "calib/gray_code/set.hpp"
 #include "calib/solver/solve.hpp"
