@@ -15,7 +15,7 @@
 #include "render/compose/light_composer.hpp"
 #include "render/gl/gl_context.hpp"
 #include "render/paint/cpu_drawer.hpp"
-#include "render/scene/same_scene.hpp"
+#include "render/scene/scene.hpp"
 #include "render/scene/tessellate.hpp"
 
 namespace afterglow::render {

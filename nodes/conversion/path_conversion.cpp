@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "render/scene/solids.hpp"
+#include "render/scene/tessellate.hpp"
 #include "render/scene/triangulate.hpp"
 
 namespace afterglow::nodes {

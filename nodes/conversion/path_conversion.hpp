@@ -18,7 +18,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "render/scene/scene.hpp"
-#include "render/scene/solids.hpp"
+#include "render/scene/tessellate.hpp"
 
 namespace afterglow::nodes {
 

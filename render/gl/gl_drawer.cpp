@@ -13,7 +13,7 @@
 #include "render/gl/list_light.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
-#include "render/scene/same_scene.hpp"
+#include "render/scene/scene.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "render/gl/shader.hpp"
-#include "render/scene/smooth_edges.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::render {
 namespace {

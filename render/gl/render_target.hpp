@@ -51,7 +51,7 @@ class RenderTarget {
   Program pack_program_;
 };
 
-/// A picture with one sample a pixel, whose edges are softened when it is read (smooth_edges.hpp).
+/// A picture with one sample a pixel, whose edges are softened when it is read (image.hpp).
 /// Its depth, with stencil, may be shared.
 class SmoothedTarget {
  public:

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <utility>
 
-#include "render/scene/same_scene.hpp"
+#include "render/scene/scene.hpp"
 
 namespace afterglow::render {
 namespace {

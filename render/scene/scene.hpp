@@ -202,4 +202,10 @@ struct Scene {
 /// Throws std::logic_error if the placement needs a surface the layer does not have.
 Eigen::Matrix4d placementMatrix(const Layer& layer);
 
+/// Compares by value, bit by bit; lists, bodies and reliefs that both share are not looked into.
+/// False is always allowed: equal bodies that are not shared are taken for different. The first
+/// difference mostly decides.
+bool isSame(const Scene& a, const Scene& b);
+bool isSame(const Drawable& a, const Drawable& b);
+
 }  // namespace afterglow::render

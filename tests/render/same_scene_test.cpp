@@ -1,5 +1,5 @@
 // What counts as the same scene, which is not drawn again.
-#include "render/scene/same_scene.hpp"
+#include "render/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 

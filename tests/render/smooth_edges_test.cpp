@@ -1,4 +1,4 @@
-#include "render/scene/smooth_edges.hpp"
+#include "render/scene/image.hpp"
 
 #include <gtest/gtest.h>
 
