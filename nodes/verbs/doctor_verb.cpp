@@ -128,3 +128,9 @@ void addDoctorVerb(CLI::App& app) {
 }
 
 }  // namespace afterglow::nodes
+
+// The verbs that set a robot up, `afterglow doctor` and `init`.
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  return runCommand(argc, argv, {addDoctorVerb, addInitVerb});
+}

@@ -276,3 +276,11 @@ void addPlayVerb(CLI::App& app) {
 }
 
 }  // namespace afterglow::nodes
+
+// The verbs that listen to the running robot, `afterglow play`, `record` and `watch`, and
+// `afterglow ask`.
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  return runCommand(argc, argv,
+                    {addAskVerb, addExampleVerb, addPlayVerb, addRecordVerb, addWatchVerb});
+}

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -20,15 +21,65 @@
 #include "calib/file_replacement.hpp"
 #include "nodes/behavior_view/behavior_page.hpp"
 #include "nodes/behavior_view/moment_painter.hpp"
+#include "nodes/observer/caption.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/behavior_film.hpp"
-#include "nodes/verbs/contact_sheet.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/image_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+/// A sheet of pictures; each becomes as wide as a cell, `kCell` px, and has its caption below.
+class ContactSheet {
+ public:
+  static constexpr int kCell = 640, kColumns = 3, kGap = 8;  ///< pixels
+
+  /// Pictures of one moment, one above the other; all moments have as many of the same sizes.
+  void add(const std::vector<render::Image>& pictures, const Caption& caption);
+  /// All of them, on gray.
+  render::Image image() const;
+
+ private:
+  CaptionPainter painter_;
+  std::vector<render::Image> cells_;
+};
+
+cv::Mat pixelsOf(const render::Image& image) {
+  return {image.height, image.width, CV_8UC3, const_cast<std::uint8_t*>(image.rgb.data())};
+}
+
+render::Image imageOf(const cv::Mat& pixels) {
+  return {pixels.cols, pixels.rows, {pixels.datastart, pixels.dataend}};
+}
+
+void ContactSheet::add(const std::vector<render::Image>& pictures, const Caption& caption) {
+  cv::Mat cell;
+  for (const render::Image& picture : pictures) {
+    const std::int64_t height = std::int64_t{picture.height} * kCell / picture.width;
+    cv::Mat part;
+    cv::resize(pixelsOf(picture), part, {kCell, std::max(1, static_cast<int>(height))}, 0, 0,
+               cv::INTER_AREA);
+    cell.push_back(part);
+  }
+  cells_.push_back(painter_.withStrip(imageOf(cell.clone()), caption));
+}
+
+render::Image ContactSheet::image() const {
+  const int count = static_cast<int>(cells_.size());
+  if (count == 0) return {};
+  const int height = cells_.front().height + kGap;
+  const int rows = (count + kColumns - 1) / kColumns, columns = std::min(kColumns, count);
+  cv::Mat sheet(rows * height + kGap, columns * (kCell + kGap) + kGap, CV_8UC3,
+                cv::Scalar::all(96));
+  for (int i = 0; i < count; ++i) {
+    const cv::Mat cell = pixelsOf(cells_[static_cast<std::size_t>(i)]);
+    cell.copyTo(sheet(cv::Rect({kGap + i % kColumns * (kCell + kGap), kGap + i / kColumns * height},
+                               cell.size())));
+  }
+  return imageOf(sheet);
+}
 
 using replay::Stamp;
 
@@ -341,3 +392,8 @@ void addRenderVerb(CLI::App& app) {
 }
 
 }  // namespace afterglow::nodes
+
+// `afterglow render`.
+int main(int argc, char** argv) {
+  return afterglow::nodes::runCommand(argc, argv, {afterglow::nodes::addRenderVerb});
+}
