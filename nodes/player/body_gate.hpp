@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "nodes/player/guarded_sink.hpp"
-#include "nodes/player/live_joints.hpp"
 #include "nodes/player/replayed_base.hpp"
+#include "nodes/player/robot_description.hpp"
 #include "nodes/player/stop_inputs.hpp"
 #include "nodes/player/take_over.hpp"
 #include "nodes/tools/ros_graph.hpp"
