@@ -6,9 +6,9 @@
 #include <utility>
 #include <variant>
 
+#include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
-#include "nodes/conversion/scan_conversion.hpp"
 #include "render/scene/tessellate.hpp"
 
 namespace afterglow::nodes {

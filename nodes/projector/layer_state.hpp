@@ -18,7 +18,6 @@
 
 #include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_config.hpp"
 #include "nodes/projector/topic_monitor.hpp"

@@ -12,7 +12,6 @@
 #include "nodes/conversion/grid_conversion.hpp"
 #include "nodes/conversion/marker_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
-#include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/conversion/typed_message.hpp"
 #include "tests/fuzz/target.hpp"
 

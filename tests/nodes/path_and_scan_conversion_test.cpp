@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
-#include "nodes/conversion/scan_conversion.hpp"
 
 namespace afterglow::nodes::path_and_scan_conversion_test {
 namespace {
