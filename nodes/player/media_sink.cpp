@@ -13,7 +13,7 @@
 #include "calib/file_replacement.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/sound_request.hpp"
-#include "nodes/recorder/referred_files.hpp"
+#include "nodes/recorder/world_snapshot.hpp"
 #include "replay/messages/foreign_json.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/messages/topic_name.hpp"

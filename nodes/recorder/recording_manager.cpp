@@ -12,7 +12,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/topic_listener.hpp"
 #include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/ros_graph.hpp"

@@ -1,6 +1,8 @@
 /// \file
 /// The world around a behavior, as its snapshot keeps it: poses between the anchors, the robot's
 /// description, its map, the projector's calibration, the nodes around its topics.
+///
+/// Keeps the sounds and meshes that recorded messages refer to, as they are now.
 #pragma once
 
 #include <nav_msgs/OccupancyGrid.h>
@@ -8,8 +10,10 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <tf2/buffer_core.h>
 
+#include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -58,5 +62,18 @@ replay::RecordedNodes nodesNow(const std::vector<std::string>& topics);
 /// SHA-256 over size, resolution, origin and cells: the same for the same map, whenever it was
 /// loaded.
 std::string mapIdentity(const nav_msgs::OccupancyGrid& map);
+
+/// SHA-256 by URI of those that the store now has. Others are remarked upon: missing,
+/// over 20 MiB, neither package:// nor file://, by its name no sound and no mesh, or elsewhere: a
+/// message may name any file of this machine, and a link may lead to any other. A file's real path
+/// must lie in its package, for file:// in one of `roots`, a ROS package or /usr/share/sounds.
+/// Throws StoreError.
+std::map<std::string, std::string> keepFiles(replay::Store& store,
+                                             const std::set<std::string>& uris,
+                                             const std::vector<std::string>& roots,
+                                             std::vector<std::string>& remarks);
+
+/// Returns true if a "package://" or "file://" URI names a file of this machine.
+bool isHere(const std::string& uri);
 
 }  // namespace afterglow::nodes
