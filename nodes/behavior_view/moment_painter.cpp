@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "calib/number_text.hpp"
-#include "nodes/observer/room_solids.hpp"
+#include "nodes/observer/room_view.hpp"
 #include "nodes/player/robot_description.hpp"
 #include "nodes/projector/output_config.hpp"
 

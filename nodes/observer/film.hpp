@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/speaker/speech_log.hpp"
+#include "nodes/speaker/sound.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "render/scene/image.hpp"
 

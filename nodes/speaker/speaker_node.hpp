@@ -16,9 +16,9 @@
 #include <string>
 
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/speaker/sound.hpp"
 #include "nodes/speaker/sound_board.hpp"
 #include "nodes/speaker/speech.hpp"
-#include "nodes/speaker/speech_log.hpp"
 
 namespace afterglow::nodes {
 

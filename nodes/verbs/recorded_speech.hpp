@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/speaker/sound.hpp"
 #include "nodes/speaker/speech.hpp"
-#include "nodes/speaker/speech_log.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

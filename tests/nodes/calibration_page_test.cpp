@@ -11,7 +11,6 @@
 
 #include "calib/number_text.hpp"
 #include "calib/report/certainty.hpp"
-#include "nodes/pages/calibration_drawings.hpp"
 #include "tests/support/markup.hpp"
 #include "tests/support/sample_calibration.hpp"
 

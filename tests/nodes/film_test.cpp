@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodes/speaker/speech_log.hpp"
+#include "nodes/speaker/sound.hpp"
 #include "nodes/tools/program.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "nodes/observer/room_solids.hpp"
+#include "nodes/observer/room_view.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/speaker/speech_log.hpp"
+#include "nodes/speaker/sound.hpp"
 #include "nodes/tools/program.hpp"
 #include "tests/support/ros_master.hpp"
 

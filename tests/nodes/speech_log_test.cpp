@@ -1,4 +1,4 @@
-#include "nodes/speaker/speech_log.hpp"
+#include "nodes/speaker/sound.hpp"
 
 #include <gtest/gtest.h>
 
