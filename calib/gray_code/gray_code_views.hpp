@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/detection/observe.hpp"
-#include "calib/gray_code/chessboard.hpp"
+#include "calib/gray_code/lit_cells.hpp"
 #include "calib/lens.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"

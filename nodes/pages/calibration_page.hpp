@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "calib/detection/observe.hpp"
-#include "calib/report/certainty.hpp"
 #include "calib/report/report.hpp"
 #include "calib/solver/calibration.hpp"
 #include "nodes/pages/drawing.hpp"

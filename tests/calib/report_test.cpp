@@ -6,7 +6,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "calib/report/certainty.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace afterglow::calib::report_test {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calib/number_text.hpp"
-#include "calib/report/certainty.hpp"
+#include "calib/report/report.hpp"
 #include "tests/support/markup.hpp"
 #include "tests/support/sample_calibration.hpp"
 
