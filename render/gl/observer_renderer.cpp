@@ -10,9 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "render/gl/beam.hpp"
 #include "render/gl/render_target.hpp"
-#include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
 #include "render/gl/solid_mesh.hpp"
 #include "render/gl/thrown_light.hpp"
