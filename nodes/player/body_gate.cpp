@@ -15,7 +15,7 @@
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/stops/stop_maker.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 #include "replay/plan/rewrite.hpp"
 
 namespace afterglow::nodes {

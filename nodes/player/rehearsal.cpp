@@ -7,7 +7,7 @@
 
 #include "nodes/player/robot_services.hpp"
 #include "nodes/player/stop_inputs.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::nodes {
 namespace {

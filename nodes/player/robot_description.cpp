@@ -11,7 +11,7 @@
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/messages/ranges.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 #include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {

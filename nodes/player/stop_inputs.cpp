@@ -14,7 +14,7 @@
 #include "replay/clock/steady_time.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/messages/topic_name.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::nodes {
 namespace {

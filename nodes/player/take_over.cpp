@@ -14,8 +14,8 @@
 #include "nodes/player/watchdog.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/messages/topic_name.hpp"
+#include "replay/plan/permission.hpp"
 #include "replay/plan/recorded_drivers.hpp"
-#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -15,7 +15,7 @@
 #include "nodes/guard/machine_name.hpp"
 #include "nodes/tools/program.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::nodes {
 namespace {

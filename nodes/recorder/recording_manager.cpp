@@ -16,7 +16,7 @@
 #include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/query/time_text.hpp"
-#include "replay/store/retention.hpp"
+#include "replay/store/behavior_edit.hpp"
 
 namespace afterglow::nodes {
 namespace {

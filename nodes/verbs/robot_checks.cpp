@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -1,3 +1,5 @@
+#include "nodes/verbs/command.hpp"
+
 #include <fmt/format.h>
 
 #include <CLI/Error.hpp>
@@ -7,13 +9,12 @@
 #include <optional>
 
 #include "nodes/pages/page_numbers.hpp"
-#include "nodes/verbs/command.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/text.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "replay/store/retention.hpp"
 #include "replay/store/sqlite/store_care.hpp"
 #include "replay/store/sync.hpp"
 

@@ -1,17 +1,23 @@
 /// \file
 /// Files of recorded messages that are imported: bags of ROS 1, MCAP files, bags of ROS 2; others
 /// are told by their first bytes. Internal to replay.
+///
+/// The SQLite files of ROS 2's bags. Internal to replay. Source of their tables: rosbag2,
+/// rosbag2_storage_sqlite3 (schema versions 1 to 4).
 #pragma once
 
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "replay/bags/topic_intake.hpp"
 #include "replay/messages/message.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
 
 namespace afterglow::replay {
 
@@ -66,5 +72,41 @@ std::vector<std::unique_ptr<RecordedFile>> openRecording(const std::string& path
 /// Says what the file is instead of a recording, and the way out; empty: it may be one. `beginning`
 /// holds its first 512 bytes, or all of them.
 std::string otherThanRecording(std::string_view beginning);
+
+/// Releases before Iron wrote no definitions: then those of common types are known
+/// (ros2/ros2_definition.hpp), and other topics are left out.
+class Ros2Database : public RecordedFile {
+ public:
+  Ros2Database(const std::string& path, FindDefinition find);
+
+  const std::string& path() const override { return path_; }
+  std::uint64_t total() const override { return total_; }
+  Stamp begin() const override { return begin_; }
+  std::optional<Item> next() override;
+  const Channel& channel(std::uint32_t id) const override { return intake_.channel(id); }
+  std::vector<std::string> remarks() const override { return intake_.remarks(); }
+
+ private:
+  struct Definition {
+    std::string kind, text;
+  };
+
+  [[noreturn]] void fail(const std::string& text) const;
+  /// Runs what asks the database.
+  template <typename Work>
+  auto ask(const Work& work) const;
+  void requireTable(const std::string& name);
+  bool hasColumn(const std::string& table, const std::string& column);
+  std::map<std::string, Definition> readDefinitions();
+  void readTopics();
+
+  const std::string path_;
+  std::unique_ptr<SqliteConnection> connection_;
+  std::unique_ptr<SqliteStatement> messages_;
+  std::uint64_t total_ = 0;
+  Stamp begin_;
+  std::map<std::int64_t, std::uint32_t> ids_;  ///< ids of topics, by their rows
+  TopicIntake intake_;
+};
 
 }  // namespace afterglow::replay

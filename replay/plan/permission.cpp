@@ -1,5 +1,7 @@
 #include "replay/plan/permission.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cstddef>
 #include <string_view>
@@ -68,6 +70,12 @@ std::string permissionTable() {
   text += "| *where no robot is live:* | | | | |\n";
   for (const PermissionRow& row : kPermissions) text += line(row.words, row.elsewhere);
   return text;
+}
+
+std::string someOf(const std::vector<std::string>& names, std::size_t most) {
+  if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(most);
+  return fmt::format("{} and {} more", fmt::join(names.begin(), end, ", "), names.size() - most);
 }
 
 }  // namespace afterglow::replay

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "replay/messages/ranges.hpp"
+#include "replay/plan/permission.hpp"
 #include "replay/plan/recorded_drivers.hpp"
-#include "replay/plan/refusal_text.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/query/regular_expression.hpp"
 #include "replay/record/snapshot.hpp"

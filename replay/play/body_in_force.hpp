@@ -12,7 +12,6 @@
 
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
-#include "replay/play/arm_lead.hpp"
 #include "replay/play/outbox.hpp"
 #include "replay/play/step_gate.hpp"
 #include "replay/play/transport.hpp"

@@ -10,7 +10,6 @@
 #include "replay/motion/base/base_drive.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
-#include "replay/play/arm_lead.hpp"
 #include "replay/play/body_in_force.hpp"
 #include "replay/play/ledger.hpp"
 #include "replay/play/outbox.hpp"

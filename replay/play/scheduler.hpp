@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "replay/motion/base/base_drive.hpp"
-#include "replay/play/arm_lead.hpp"
 #include "replay/play/body_in_force.hpp"
 #include "replay/play/message_lanes.hpp"
 #include "replay/play/outbox.hpp"

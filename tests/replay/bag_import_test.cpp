@@ -10,8 +10,8 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/record/recorder.hpp"
+#include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "replay/store/retention.hpp"
 #include "replay/store/sqlite/store_care.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

@@ -1,4 +1,4 @@
-#include "replay/motion/base/base_command.hpp"
+#include "replay/motion/base/drive_timing.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "replay/motion/base/base_tracker.hpp"
-#include "replay/motion/base/swept_path.hpp"
+#include "replay/motion/base/floor.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::holonomic_base_test {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <set>
 
+#include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "replay/store/retention.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 #include "replay/store/sqlite/sqlite_store.hpp"
 #include "replay/store/sqlite/store_care.hpp"

@@ -1,5 +1,5 @@
 // The floor that a base sweeps, and what a scan says of it.
-#include "replay/motion/base/swept_path.hpp"
+#include "replay/motion/base/floor.hpp"
 
 #include <gtest/gtest.h>
 

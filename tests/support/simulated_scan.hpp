@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "replay/motion/base/floor_scan.hpp"
+#include "replay/motion/base/floor.hpp"
 #include "tests/support/simulated_drive.hpp"
 
 namespace afterglow::test {

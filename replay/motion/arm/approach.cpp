@@ -11,7 +11,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::replay {
 namespace {

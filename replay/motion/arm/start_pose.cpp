@@ -13,7 +13,7 @@
 #include "replay/motion/base/track_reader.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
-#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/permission.hpp"
 
 namespace afterglow::replay {
 namespace {

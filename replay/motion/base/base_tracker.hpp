@@ -25,7 +25,6 @@
 #include <optional>
 #include <string>
 
-#include "replay/motion/base/base_command.hpp"
 #include "replay/motion/base/base_localizer.hpp"
 #include "replay/motion/base/drive_timing.hpp"
 #include "replay/motion/base/final_approach.hpp"

@@ -23,7 +23,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/motion/base/swept_path.hpp"
+#include "replay/motion/base/floor.hpp"
 #include "replay/motion/silence_monitor.hpp"
 
 namespace afterglow::replay {
