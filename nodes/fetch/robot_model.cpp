@@ -108,6 +108,15 @@ std::optional<LinkVisual> convertVisual(const std::string& link, const urdf::Vis
 
 }  // namespace
 
+MeshReader robotMeshes(MeshLibrary& library, std::function<void(const std::string& why)> tell) {
+  return [&library, tell = std::move(tell)](const std::string& resource) -> render::SharedBody {
+    const MeshLibrary::Mesh mesh = library.get(resource);
+    if (mesh.value) return *mesh.value;
+    tell(mesh.reason);
+    return nullptr;
+  };
+}
+
 Eigen::Isometry3d Joint::T_parent_child(double position) const {
   switch (kind) {
     case Kind::Fixed:

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/conversion/mesh_library.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -51,6 +52,8 @@ struct PanTilt {
 
 /// Triangles of a mesh that a URDF names, package:// or file://; none: the shape is left out.
 using MeshReader = std::function<render::SharedBody(const std::string& resource)>;
+/// Reads a robot's meshes by a library that outlives it. `tell` hears why one is left out.
+MeshReader robotMeshes(MeshLibrary& library, std::function<void(const std::string& why)> tell);
 
 /// A value: copy it freely; const members are safe from any thread.
 class RobotModel {

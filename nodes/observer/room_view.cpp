@@ -327,15 +327,6 @@ std::vector<render::Drawable> solidsOf(const render::Scene& scene) {
   return solids;
 }
 
-MeshReader robotMeshes(MeshLibrary& library, std::function<void(const std::string& why)> tell) {
-  return [&library, tell = std::move(tell)](const std::string& resource) -> render::SharedBody {
-    const MeshLibrary::Mesh mesh = library.get(resource);
-    if (mesh.value) return *mesh.value;
-    tell(mesh.reason);
-    return nullptr;
-  };
-}
-
 std::vector<render::Drawable> robotSolids(const RobotModel& robot, FrameLookup& frames) {
   LinkPoses T_world_link;
   for (const LinkVisual& visual : robot.visuals()) {

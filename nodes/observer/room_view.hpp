@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "nodes/conversion/mesh_library.hpp"
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/projector_config.hpp"
@@ -62,9 +61,6 @@ RoomView loadRoomView(const std::string& path);
 /// Configures a ProjectorScene that holds the room's things: /room/solids, a MarkerArray.
 ProjectorConfig roomSolidsConfig(const std::string& fixed_frame);
 std::vector<render::Drawable> solidsOf(const render::Scene& scene);
-
-/// Reads a robot's meshes by a library that outlives it. `tell` hears why one is left out.
-MeshReader robotMeshes(MeshLibrary& library, std::function<void(const std::string& why)> tell);
 
 /// The links that tf has a place for.
 std::vector<render::Drawable> robotSolids(const RobotModel& robot, FrameLookup& frames);

@@ -2,6 +2,7 @@
 
 #include <tf2/exceptions.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,11 @@ constexpr double kLeastTurn = 1e-6;
 
 constexpr int kMostLinks = 100;
 
+/// Velocity is measured over this much of the past, where tf has it.
+constexpr std::int64_t kVelocityBaseNs = 50'000'000;
+/// Farther ahead of the newest transform than this, velocity cannot be taken for constant.
+constexpr std::int64_t kFarthestAheadNs = 500'000'000;
+
 /// 0: static, or gone meanwhile.
 std::int64_t stampOfLink(const tf2::BufferCore& buffer, const std::string& parent,
                          const std::string& child) {
@@ -25,6 +31,18 @@ std::int64_t stampOfLink(const tf2::BufferCore& buffer, const std::string& paren
   } catch (const tf2::TransformException&) {
     return 0;
   }
+}
+
+/// Returns true if two poses differ by more than tf's noise.
+bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() > 1e-3 ||
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
+}
+
+/// Returns true if two poses are farther apart than a robot carries a projector within
+/// kVelocityBaseNs: it was put elsewhere then, and its velocity cannot be told.
+bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() > 1;
 }
 
 }  // namespace
@@ -81,6 +99,31 @@ std::string FrameLookup::smoothFrame(const std::string& frame) const {
     if (!buffer_._getParent(child, ros::Time(0), parent)) break;
   }
   return fixed_frame_;
+}
+
+std::optional<Eigen::Isometry3d> FrameLookup::predicted(const std::string& frame,
+                                                        const StampedPose& newest,
+                                                        std::int64_t when_ns,
+                                                        const std::string& smooth) {
+  if (newest.stamp_ns <= kVelocityBaseNs) return newest.T_fixed_frame;
+  const auto inSmooth = [&](std::int64_t stamp_ns) -> std::optional<StampedPose> {
+    ros::Time stamp;
+    stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
+    const auto T_fixed_smooth = at(smooth, stamp), T_fixed_frame = at(frame, stamp);
+    if (!T_fixed_smooth || !T_fixed_frame) return std::nullopt;
+    return StampedPose{T_fixed_smooth->inverse() * *T_fixed_frame, stamp_ns};
+  };
+  const auto earlier = inSmooth(newest.stamp_ns - kVelocityBaseNs),
+             later = inSmooth(newest.stamp_ns);
+  if (!earlier || !later || hasJumped(earlier->T_fixed_frame, later->T_fixed_frame)) {
+    return newest.T_fixed_frame;
+  }
+  const std::int64_t farthest_ns = newest.stamp_ns + kFarthestAheadNs;
+  if (when_ns > farthest_ns && hasMoved(earlier->T_fixed_frame, later->T_fixed_frame)) {
+    return std::nullopt;
+  }
+  return newest.T_fixed_frame * later->T_fixed_frame.inverse() *
+         extrapolate(*earlier, *later, std::min(when_ns, farthest_ns));
 }
 
 /// Looks both ways up from the frames; a static link has no age.

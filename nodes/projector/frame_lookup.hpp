@@ -40,6 +40,11 @@ class FrameLookup {
   /// odom, or what begins so. Localization corrects where that lies, by leaps. The fixed frame:
   /// there is none.
   std::string smoothFrame(const std::string& frame) const;
+  /// Returns where a frame, whose newest pose this is, will be in the fixed one if it goes on as it
+  /// moved lately in `smooth`: smoothFrame(), or the fixed frame itself where both belong to one
+  /// robot. Empty: it moves, and that is too long after the newest pose.
+  std::optional<Eigen::Isometry3d> predicted(const std::string& frame, const StampedPose& newest,
+                                             std::int64_t when_ns, const std::string& smooth);
   /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
   /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);

@@ -106,6 +106,10 @@ class LayerState {
   const std::string& explain(FrameLookup& frames);
 
   LayerStatus status() const;
+  /// Returns the stamp of the first content that is shown; empty: nothing is.
+  std::optional<ros::Time> stampShown() const {
+    return shown_.empty() ? std::nullopt : std::optional(shown_.begin()->second.content.stamp);
+  }
   /// Returns true while content waits for a transform.
   bool isWaiting() const { return !waiting_.empty(); }
 

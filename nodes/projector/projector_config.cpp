@@ -19,9 +19,9 @@ class ConfigReader {
       : file_(std::move(file)), calibration_folder_(std::move(calibration_folder)) {}
 
   ProjectorConfig read() {
-    const YamlMap root(
-        file_, loadYaml(file_), "the configuration",
-        {"fixed_frame", "projector", "projectors", "surfaces", "layers", "mesh_roots", "watch"});
+    const YamlMap root(file_, loadYaml(file_), "the configuration",
+                       {"fixed_frame", "projector", "projectors", "surfaces", "layers",
+                        "mesh_roots", "watch", "avoid"});
     config_.fixed_frame = readFrame(root, "fixed_frame");
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
@@ -32,6 +32,10 @@ class ConfigReader {
     if (root.has("mesh_roots")) readMeshRoots(root);
     if (root.has("watch")) {
       config_.watch = readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys), own_folder);
+    }
+    if (root.has("avoid")) {
+      config_.avoid =
+          readAvoidConfig(map(root.at("avoid"), "'avoid'", kAvoidKeys), !config_.surfaces.empty());
     }
     return std::move(config_);
   }

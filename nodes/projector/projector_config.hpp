@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/projector/avoid_config.hpp"
 #include "nodes/projector/layer_config.hpp"
 #include "nodes/projector/output_config.hpp"
 #include "nodes/projector/surface_config.hpp"
@@ -24,6 +25,7 @@ struct ProjectorConfig {
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)
   std::optional<WatchConfig> watch;     ///< projector_node's drift watch
+  std::optional<AvoidConfig> avoid;     ///< what projector_node's light keeps off
 };
 
 /// `camera_info` is relative to `calibration_folder`, or, if that is empty, to the file's own

@@ -74,6 +74,15 @@ void judgeLight(const ProjectorState& state, const OutputState& output, Diagnost
   status.message = "dark: " + lightWords(sum, invisible);
 }
 
+/// Light keeps off much of the image.
+void judgeAvoidance(const OutputState& output, DiagnosticStatus& status) {
+  constexpr double kAll = 0.999, kLittle = 0.005;
+  const double share = output.avoided_share.value_or(0);
+  if (share < kLittle) return;
+  status.message += fmt::format("; {:.0f} % of the picture is kept dark ('avoid')", 100 * share);
+  if (share > kAll) status.level = DiagnosticStatus::WARN;
+}
+
 /// The motion is not as predicted, or no latency is configured.
 void judgeOffset(const OutputState& output, DiagnosticStatus& status) {
   constexpr double kMostOff_mm = 20;
@@ -98,6 +107,7 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
     judgeLight(state, output, status);
     judgeRate(state, status);
     judgeOffset(output, status);
+    judgeAvoidance(output, status);
   } else {
     // Problems of the projector itself come first and keep it dark.
     const bool is_dark = output.problems.front().rfind(kOwnProblem, 0) == 0;
@@ -111,6 +121,9 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   if (output.light_off_mm) {
     addValue(status, "light may be off",
              fmt::format("{:.1f} mm at {:.0f} m", *output.light_off_mm, LightOffset::kReach_m));
+  }
+  if (output.avoided_share) {
+    addValue(status, "kept dark", fmt::format("{:.1f} %", 100 * *output.avoided_share));
   }
   addValue(status, "renderer", output.renderer);
   if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
@@ -273,7 +286,7 @@ void ProjectorDiagnostics::addSilences(ProjectorState& state) {
 
 void ProjectorDiagnostics::log(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_image, census, off_mm] : state.outputs) {
+  for (const auto& [name, renderer, of_image, census, off_mm, avoided] : state.outputs) {
     for (const std::string& problem : of_image) {
       const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
       problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())

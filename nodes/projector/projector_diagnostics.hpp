@@ -28,7 +28,8 @@ struct OutputState {
   std::vector<std::string> problems;
   /// Census of its last pictures, by layer: what its light reaches. Empty: unknown.
   std::vector<render::LayerCensus> census;
-  std::optional<double> light_off_mm = std::nullopt;  ///< LightOffset::mm()
+  std::optional<double> light_off_mm = std::nullopt;   ///< LightOffset::mm()
+  std::optional<double> avoided_share = std::nullopt;  ///< ProjectorOutput::avoidedShare()
 };
 
 /// The state of the node, of its projectors and of its layers.

@@ -1,5 +1,7 @@
 #include "nodes/projector/projector_node.hpp"
 
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -82,6 +84,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
   }
   problems_.resize(outputs_.size());
   subscribeAll();
+  subscribeAvoided();
   if (scene_.config().watch) {
     watch_ = std::make_unique<DriftMonitor>(*scene_.config().watch, transforms_);
   }
@@ -92,11 +95,16 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
       });
   surfaces_publisher_ = own_.advertise<visualization_msgs::MarkerArray>("surfaces", 1, true);
   std::vector<std::string> topics;
-  for (const ros::Subscriber& subscriber : subscribers_) topics.push_back(subscriber.getTopic());
+  for (const auto* all : {&subscribers_, &avoided_subscribers_}) {
+    for (const ros::Subscriber& subscriber : *all) topics.push_back(subscriber.getTopic());
+  }
   topic_watch_ = std::make_unique<TopicMonitor>(std::move(topics));
   startDrawing();
-  diagnostics_timer_ = own_.createWallTimer(
-      ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
+  diagnostics_timer_ =
+      own_.createWallTimer(ros::WallDuration(1), [this](const ros::WallTimerEvent&) {
+        readRobot();
+        publishDiagnostics();
+      });
 }
 
 ProjectorNode::~ProjectorNode() { endDrawing(); }
@@ -111,30 +119,46 @@ void ProjectorNode::timeArrival(const MessageType& message) {
   times_.add(Stage::Arrived, std::chrono::nanoseconds((now - *stamp).toNSec()));
 }
 
-template <typename MessageType>
-ros::Subscriber ProjectorNode::subscribe(std::size_t layer, const std::string& topic) {
-  const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
+template <typename MessageType, typename Take>
+ros::Subscriber ProjectorNode::subscribe(const std::string& topic, std::uint32_t queue,
+                                         const Take& take) {
+  const auto callback = [this, take](const boost::shared_ptr<const MessageType>& message) {
     timeArrival(*message);
     Lap lap;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       times_.add(Stage::Locked, lap.next());
-      scene_.add(layer, *message, timeInOrder());
+      take(*message, timeInOrder());
     }
     times_.add(Stage::Converted, lap.next());
     schedule_.announce();
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
-  const LayerConfig& config = scene_.config().layers[layer];
-  return own_.subscribe<MessageType>(topic, queueOf(config), function, ros::VoidConstPtr(),
+  return own_.subscribe<MessageType>(topic, queue, function, ros::VoidConstPtr(),
                                      ros::TransportHints().tcpNoDelay());
+}
+
+template <typename MessageType>
+ros::Subscriber ProjectorNode::subscribeLayer(std::size_t layer, const std::string& topic) {
+  const auto take = [this, layer](const MessageType& message, ros::Time now) {
+    scene_.add(layer, message, now);
+  };
+  return subscribe<MessageType>(topic, queueOf(scene_.config().layers[layer]), take);
+}
+
+template <typename MessageType>
+ros::Subscriber ProjectorNode::subscribeAvoided(std::size_t source, const std::string& topic) {
+  const auto take = [this, source](const MessageType& message, ros::Time now) {
+    avoidance_->add(source, message, now);
+  };
+  return subscribe<MessageType>(topic, 1, take);
 }
 
 void ProjectorNode::subscribeAll() {
   const std::vector<LayerConfig>& layers = scene_.config().layers;
   for (std::size_t i = 0; i < layers.size(); ++i) {
     withMessageType(layers[i].type, [&](auto tag) {
-      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i, layers[i].topic));
+      subscribers_.push_back(subscribeLayer<typename decltype(tag)::Type>(i, layers[i].topic));
     });
   }
   // Behind all of the first: subscribers_[i] is of layer i.
@@ -142,9 +166,34 @@ void ProjectorNode::subscribeAll() {
     const std::string topic = layers[i].secondTopic();
     if (topic.empty()) continue;
     withSecondType(layers[i].type, [&](auto tag) {
-      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i, topic));
+      subscribers_.push_back(subscribeLayer<typename decltype(tag)::Type>(i, topic));
     });
   }
+}
+
+void ProjectorNode::subscribeAvoided() {
+  const ProjectorConfig& config = scene_.config();
+  if (!config.avoid) return;
+  avoidance_.emplace(*config.avoid, transforms_, config.fixed_frame);
+  for (std::size_t i = 0; i < config.avoid->sources.size(); ++i) {
+    const LayerConfig& source = config.avoid->sources[i].layer;
+    avoided_subscribers_.push_back(
+        source.type == LayerType::LaserScan
+            ? subscribeAvoided<sensor_msgs::LaserScan>(i, source.topic)
+            : subscribeAvoided<sensor_msgs::PointCloud2>(i, source.topic));
+  }
+  if (!config.avoid->robot) return;
+  robot_reader_ = std::make_unique<RobotSurfaceReader>(config.avoid->robot->description,
+                                                       config.mesh_roots, transforms_);
+}
+
+void ProjectorNode::readRobot() {
+  if (!robot_reader_) return;
+  auto robot = robot_reader_->read();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!robot) return avoidance_->refuseRobot(robot_reader_->reason());
+  avoidance_->setRobot(std::move(*robot));
+  robot_reader_.reset();
 }
 
 ros::Time ProjectorNode::timeInOrder() {
@@ -153,6 +202,7 @@ ros::Time ProjectorNode::timeInOrder() {
   if (now.toNSec() + kJumpNs < last_time_.toNSec()) {
     ROS_WARN("ROS time has jumped back: the projection is cleared");
     scene_.clear();
+    if (avoidance_) avoidance_->clear();
   }
   last_time_ = now;
   return now;
@@ -200,12 +250,13 @@ void ProjectorNode::drawLoop() {
 
 bool ProjectorNode::isWaiting() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return scene_.isWaiting();
+  return scene_.isWaiting() || (avoidance_ && avoidance_->isWaiting());
 }
 
 void ProjectorNode::drawAll() {
   render::Scene scene;
   std::vector<std::optional<Rigid<Projector, World>>> poses(outputs_.size());
+  std::vector<std::optional<std::vector<render::AvoidedPoints>>> avoided(outputs_.size());
   std::vector<std::vector<std::string>> problems(outputs_.size());
   ros::Time now;
   Lap lap;
@@ -215,18 +266,27 @@ void ProjectorNode::drawAll() {
     now = timeInOrder();
     std::vector<std::string> of_scene;
     if (!now.isZero()) scene = scene_.scene(now, of_scene);
+    if (!now.isZero() && avoidance_) avoidance_->update(now, scene.surfaces);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       if (now.isZero()) {
         problems[i].push_back("projector: waiting for /clock");
       } else {
         poses[i] = scene_.projectorPose(i, now, drawing_ns, problems[i]);
       }
+      if (poses[i] && avoidance_) {
+        const OutputConfig& config = outputs_[i]->config();
+        const auto light_ns = static_cast<std::int64_t>(now.toNSec()) + config.aheadNs(drawing_ns);
+        avoided[i] = avoidance_->points(config.frame, *poses[i], light_ns, problems[i]);
+        if (!avoided[i]) poses[i].reset();
+      }
       problems[i].insert(problems[i].end(), of_scene.begin(), of_scene.end());
     }
     problems_ = std::move(problems);
   }
   times_.add(Stage::Composed, lap.next());
-  for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->beginDrawing(scene, poses[i]);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    outputs_[i]->beginDrawing(scene, poses[i], avoided[i] ? &*avoided[i] : nullptr);
+  }
   for (const auto& output : outputs_) output->finishDrawing(now, drawing_ns, times_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -272,11 +332,27 @@ void ProjectorNode::addSources(std::vector<LayerStatus>& layers) const {
   }
 }
 
+std::vector<LayerStatus> ProjectorNode::avoidedSources() const {
+  if (!avoidance_) return {};
+  std::vector<LayerStatus> all = avoidance_->status();
+  const TopicSources sources = topic_watch_->sources();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto found = sources.find(avoided_subscribers_[i].getTopic());
+    all[i].topic = "avoid " + all[i].topic;
+    if (found == sources.end()) continue;
+    all[i].type = typeName(avoidance_->config().sources[i].layer.type);
+    all[i].source = found->second;
+  }
+  return all;
+}
+
 void ProjectorNode::publishDiagnostics() {
   ProjectorState state;
+  std::vector<LayerStatus> of_avoided;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     state.layers = scene_.status();
+    of_avoided = avoidedSources();
     surfaces_publisher_.publish(
         surfaceMarkers(scene_.surfaces(), scene_.config().fixed_frame));
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
@@ -284,11 +360,13 @@ void ProjectorNode::publishDiagnostics() {
                                outputs_[i]->renderer(),
                                problems_[i],
                                {},
-                               scene_.lightOffset(i).mm()});
+                               scene_.lightOffset(i).mm(),
+                               outputs_[i]->avoidedShare()});
     }
   }
   state.stages = times_.words();
   addSources(state.layers);
+  state.layers.insert(state.layers.end(), of_avoided.begin(), of_avoided.end());
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     std::vector<std::string>& problems = state.outputs[i].problems;
     const std::string window_problem = outputs_[i]->windowProblem();

@@ -8,6 +8,7 @@
 /// ~NAME/image, ~NAME/camera_info and ~NAME/beam each.
 /// Service ~find_surfaces (std_srvs/Trigger): finds in the next clouds the surfaces that are to be
 /// found, and keeps them until it is called again.
+/// Where the configuration says 'avoid', it reads robot_description.
 /// Parameters: ~config, ~calibration (folder of the lens's file; empty: the configuration's),
 /// ~rate (Hz, 30), ~beam_length (m, 3; 0: no ~beam), ~window (auto, true, false), ~monitor (of the
 /// only projector: connector, model or index; comes before its `monitor` in the configuration).
@@ -21,16 +22,19 @@
 #include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "nodes/projector/drift_monitor.hpp"
+#include "nodes/projector/light_avoidance.hpp"
 #include "nodes/projector/picture_schedule.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/projector_diagnostics.hpp"
 #include "nodes/projector/projector_output.hpp"
 #include "nodes/projector/projector_scene.hpp"
+#include "nodes/projector/robot_surface.hpp"
 #include "nodes/projector/stage_times.hpp"
 #include "nodes/projector/surface_service.hpp"
 #include "nodes/projector/topic_monitor.hpp"
@@ -73,9 +77,17 @@ class ProjectorNode {
   std::string failure() const;
 
  private:
+  /// `take` takes a message and the time, with the mutex held.
+  template <typename MessageType, typename Take>
+  ros::Subscriber subscribe(const std::string& topic, std::uint32_t queue, const Take& take);
   template <typename MessageType>
-  ros::Subscriber subscribe(std::size_t layer, const std::string& topic);
+  ros::Subscriber subscribeLayer(std::size_t layer, const std::string& topic);
+  template <typename MessageType>
+  ros::Subscriber subscribeAvoided(std::size_t source, const std::string& topic);
   void subscribeAll();
+  void subscribeAvoided();
+  /// Reads the robot that light avoids, as long as it is not known.
+  void readRobot();
   void startDrawing();
   void endDrawing();
   void drawInThread(std::promise<void>& started);
@@ -89,12 +101,15 @@ class ProjectorNode {
   ros::Time timeInOrder();
   /// Adds the publishers of the layers' topics, as far as they are known.
   void addSources(std::vector<LayerStatus>& layers) const;
+  /// Statuses of what light keeps off.
+  std::vector<LayerStatus> avoidedSources() const;
   void publishDiagnostics();
 
   ProjectorNodeOptions options_;
   tf2::BufferCore transforms_;
   mutable std::mutex mutex_;  ///< scene_, what follows
   ProjectorScene scene_;
+  std::optional<LightAvoidance> avoidance_;  ///< where the configuration says 'avoid'
   ros::Time last_time_;
   std::vector<std::vector<std::string>> problems_;  ///< problems of the last pictures, by projector
   std::string failure_;
@@ -107,6 +122,8 @@ class ProjectorNode {
   TransformListener listener_{transforms_};
   std::vector<std::unique_ptr<ProjectorOutput>> outputs_;
   std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::Subscriber> avoided_subscribers_;  ///< by source of 'avoid'
+  std::unique_ptr<RobotSurfaceReader> robot_reader_;  ///< where light avoids the robot
   std::unique_ptr<DriftMonitor> watch_;  ///< watch, where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
   ros::Publisher surfaces_publisher_;

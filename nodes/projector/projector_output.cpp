@@ -66,11 +66,17 @@ void ProjectorOutput::startDrawing(render::GlContext& context) {
   description_ = renderer_->description();
 }
 
-void ProjectorOutput::beginDrawing(
-    const render::Scene& scene, const std::optional<Rigid<Projector, World>>& T_projector_world) {
+void ProjectorOutput::beginDrawing(const render::Scene& scene,
+                                   const std::optional<Rigid<Projector, World>>& T_projector_world,
+                                   const std::vector<render::AvoidedPoints>* avoided) {
   Lap lap;
   is_lit_ = T_projector_world.has_value();
+  is_masked_ = is_lit_ && avoided != nullptr;
   if (is_lit_) renderer_->begin(scene, *T_projector_world);
+  if (is_masked_) {
+    if (!mask_) mask_ = std::make_unique<render::DarkMask>(lens_);
+    mask_->draw(*avoided, *T_projector_world);
+  }
   begun_in_ = lap.next();
 }
 
@@ -83,6 +89,7 @@ void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns, Stag
   }
   if (is_lit_) {
     renderer_->finish(image);
+    if (is_masked_) mask_->apply(image);
     light_.apply(image);
   } else {
     makeBlack(image, lens_);
@@ -96,6 +103,7 @@ void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns, Stag
   times.add(Stage::Published, lap.next());
   const std::lock_guard<std::mutex> lock(mutex_);
   description_ = renderer_->description();
+  avoided_share_ = is_masked_ ? std::optional(mask_->share()) : std::nullopt;
   if (picture_) spare_ = std::move(*picture_);
   picture_ = std::move(image);
 }
@@ -163,6 +171,11 @@ std::string ProjectorOutput::windowProblem() const {
 std::vector<render::LayerCensus> ProjectorOutput::census() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return census_;
+}
+
+std::optional<double> ProjectorOutput::avoidedShare() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return avoided_share_;
 }
 
 std::string ProjectorOutput::renderer() const {

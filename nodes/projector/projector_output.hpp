@@ -21,6 +21,7 @@
 #include "nodes/projector/stage_times.hpp"
 #include "render/compose/light_census.hpp"
 #include "render/light_output.hpp"
+#include "render/paint/dark_mask.hpp"
 #include "render/projector_renderer.hpp"
 
 namespace afterglow::nodes {
@@ -38,8 +39,10 @@ class ProjectorOutput {
   // In the drawing thread, where the context is.
   void startDrawing(render::GlContext& context);
   /// Begins a picture; black without a pose. A GPU draws on while other outputs' are begun.
+  /// `avoided`: stays dark; null: light avoids nothing.
   void beginDrawing(const render::Scene& scene,
-                    const std::optional<Rigid<Projector, World>>& T_projector_world);
+                    const std::optional<Rigid<Projector, World>>& T_projector_world,
+                    const std::vector<render::AvoidedPoints>* avoided);
   /// Publishes that picture, begun at ROS time `now` and expected to take so long, and lays it out
   /// for takePicture().
   void finishDrawing(ros::Time now, std::int64_t drawing_ns, StageTimes& times);
@@ -66,6 +69,9 @@ class ProjectorOutput {
   /// Returns the census of a picture of the last seconds, by layer; empty: there is none, or it had
   /// no pose.
   std::vector<render::LayerCensus> census() const;
+  /// Returns the share of the last picture that is kept dark; empty: light avoids nothing, or it
+  /// had no pose.
+  std::optional<double> avoidedShare() const;
 
  private:
   void publish(render::Image& image, ros::Time drawn_for);
@@ -74,7 +80,9 @@ class ProjectorOutput {
   calib::Lens lens_;
   render::LightOutput light_;
   std::unique_ptr<render::ProjectorRenderer> renderer_;
-  bool is_lit_ = false;  ///< true if the picture that was begun has light
+  std::unique_ptr<render::DarkMask> mask_;  ///< mask, where light avoids something
+  bool is_lit_ = false;                     ///< true if the picture that was begun has light
+  bool is_masked_ = false;                  ///< true if it is to be kept dark in part
   std::chrono::steady_clock::duration begun_in_{0};
   render::LightCensus counter_;
   std::chrono::steady_clock::time_point counted_at_{};
@@ -87,6 +95,7 @@ class ProjectorOutput {
   std::string description_;
   std::string window_problem_;
   std::vector<render::LayerCensus> census_;
+  std::optional<double> avoided_share_;
 };
 
 }  // namespace afterglow::nodes

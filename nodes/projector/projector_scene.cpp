@@ -53,10 +53,6 @@ constexpr std::size_t kCloudQueue = 10;  // RViz's
 constexpr std::size_t kMostPolygons = 10'000;
 /// A viewer lower than this over a surface, in meters, sees nothing on it.
 constexpr double kLeastViewerHeight = 0.01;
-/// Velocity is measured over this much of the past, where tf has it.
-constexpr std::int64_t kVelocityBaseNs = 50'000'000;
-/// Farther ahead of the newest transform than this, velocity cannot be taken for constant.
-constexpr std::int64_t kFarthestAheadNs = 500'000'000;
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
 
@@ -66,18 +62,6 @@ LayerState makeLayer(const LayerConfig& config) {
   LayerState::Limits limits;
   if (!several) limits.waiting = kCloudQueue;
   return {config.topic, config.alpha, limits};
-}
-
-/// Returns true if two poses differ by more than tf's noise.
-bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() > 1e-3 ||
-         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
-}
-
-/// Returns true if two poses are farther apart than a robot carries a projector within
-/// kVelocityBaseNs: the projector was put elsewhere then, and its velocity cannot be told.
-bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
-  return (a.translation() - b.translation()).norm() > 1;
 }
 
 }  // namespace
@@ -390,42 +374,16 @@ std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
     problems.push_back(frames_.noTransform("projector", config.frame));
     return std::nullopt;
   }
-  if (newest->stamp_ns <= kVelocityBaseNs || config.latency_ns == 0) {
-    return Rigid<World, Projector>(newest->T_fixed_frame).inverse();
-  }
+  if (config.latency_ns == 0) return Rigid<World, Projector>(newest->T_fixed_frame).inverse();
   const std::int64_t light_ns = toNs(now) + config.aheadNs(drawing_ns);
-  const auto T_fixed_projector = poseAt(config.frame, *newest, light_ns);
+  const auto T_fixed_projector =
+      frames_.predicted(config.frame, *newest, light_ns, frames_.smoothFrame(config.frame));
   if (!T_fixed_projector) {
     problems.push_back("projector: it moves, and the transform from '" + config.frame + "' to '" +
                        config_.fixed_frame + "' is too old to say where to");
     return std::nullopt;
   }
   return Rigid<World, Projector>(*T_fixed_projector).inverse();
-}
-
-/// Goes on as it moved lately in the frame in which motion is smooth.
-std::optional<Eigen::Isometry3d> ProjectorScene::poseAt(const std::string& frame,
-                                                        const StampedPose& newest,
-                                                        std::int64_t when_ns) {
-  const std::string smooth = frames_.smoothFrame(frame);
-  const auto inSmooth = [&](std::int64_t stamp_ns) -> std::optional<StampedPose> {
-    ros::Time stamp;
-    stamp.fromNSec(static_cast<std::uint64_t>(stamp_ns));
-    const auto T_fixed_smooth = frames_.at(smooth, stamp), T_fixed_frame = frames_.at(frame, stamp);
-    if (!T_fixed_smooth || !T_fixed_frame) return std::nullopt;
-    return StampedPose{T_fixed_smooth->inverse() * *T_fixed_frame, stamp_ns};
-  };
-  const auto earlier = inSmooth(newest.stamp_ns - kVelocityBaseNs),
-             later = inSmooth(newest.stamp_ns);
-  if (!earlier || !later || hasJumped(earlier->T_fixed_frame, later->T_fixed_frame)) {
-    return newest.T_fixed_frame;
-  }
-  const std::int64_t farthest_ns = newest.stamp_ns + kFarthestAheadNs;
-  if (when_ns > farthest_ns && hasMoved(earlier->T_fixed_frame, later->T_fixed_frame)) {
-    return std::nullopt;
-  }
-  return newest.T_fixed_frame * later->T_fixed_frame.inverse() *
-         extrapolate(*earlier, *later, std::min(when_ns, farthest_ns));
 }
 
 void ProjectorScene::noteLight(std::size_t projector, ros::Time shown,

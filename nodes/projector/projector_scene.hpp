@@ -138,9 +138,6 @@ class ProjectorScene {
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
   std::optional<render::Layer> layer(std::size_t index, std::vector<std::string>& problems);
-  /// Returns where a frame will be in the fixed one; empty: too long after the newest transform.
-  std::optional<Eigen::Isometry3d> poseAt(const std::string& frame, const StampedPose& newest,
-                                          std::int64_t when_ns);
 
   /// A layer's earlier messages, which later ones need.
   struct Memory {
