@@ -94,11 +94,25 @@ void LightAvoidance::place(std::size_t index, bool have_surfaces_changed) {
   source.standing.pose = seen[0].pose;
   source.standing.points =
       render::standingPoints(cloud.points, seen[0].pose, surfaces_, config_.height);
+  source.standing.points =
+      render::foreignPoints(source.standing.points, seen[0].pose, linksAt(*stamp));
   if (config.column <= 0) return;
   source.standing.points =
       render::standingColumns(source.standing.points, seen[0].pose, surfaces_, config.column,
                               std::max(kColumnShare * config.padding, kLeastColumnStep));
   source.standing.pose = {};
+}
+
+std::vector<render::AvoidedPoints> LightAvoidance::linksAt(ros::Time stamp) {
+  std::vector<render::AvoidedPoints> links;
+  if (!robot_) return links;
+  for (const RobotSurface::Part& part : robot_->parts()) {
+    const auto T_fixed_part = frames_.at(part.frame, stamp);
+    if (!T_fixed_part) continue;
+    links.push_back({Rigid<World, World>(*T_fixed_part), part.points,
+                     static_cast<float>(config_.robot->padding)});
+  }
+  return links;
 }
 
 void LightAvoidance::clear() {

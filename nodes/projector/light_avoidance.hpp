@@ -49,9 +49,10 @@ class LightAvoidance {
   void update(ros::Time now, const std::vector<render::SurfacePatch>& surfaces);
   /// Returns what the light of a projector in this pose keeps off at `light_ns`, as of the last
   /// update(). What sensors see may have moved since they saw it, any way: its padding grows by the
-  /// configured speed. Links are moved on as they moved lately, against the projector. Empty, with
-  /// a problem that says what to do, while a sensor, the robot's description or a link's transform
-  /// is missing or old: nobody knows then what the light would hit.
+  /// configured speed; what they see of the robot itself is not counted. Links are moved on as they
+  /// moved lately, against the projector. Empty, with a problem that says what to do, while a
+  /// sensor, the robot's description or a link's transform is missing or old: nobody knows then
+  /// what the light would hit.
   std::optional<std::vector<render::AvoidedPoints>> points(
       const std::string& projector_frame, const Rigid<Projector, World>& T_projector_world,
       std::int64_t light_ns, std::vector<std::string>& problems);
@@ -74,6 +75,8 @@ class LightAvoidance {
   std::string faultOf(const std_msgs::Header& header, const Converted<Content>& content,
                       ros::Time now) const;
   void place(std::size_t index, bool have_surfaces_changed);
+  /// Returns the links where they were at a stamp, of those that tf still knows then.
+  std::vector<render::AvoidedPoints> linksAt(ros::Time stamp);
   std::string problemOf(Source& source);
   std::string addLinks(const std::string& projector_frame,
                        const Rigid<World, Projector>& T_world_projector, std::int64_t light_ns,

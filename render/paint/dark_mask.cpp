@@ -72,6 +72,62 @@ bool isStanding(const std::vector<PointSurface>& surfaces, const Eigen::Vector3f
   return is_above;
 }
 
+/// The cells of space that a surface passes through, and those next to them.
+class SurfaceCells {
+ public:
+  /// Cells so large that two of them side by side are no longer than the padding, corner to corner.
+  SurfaceCells(const std::vector<AvoidedPoints>& own, float padding)
+      : per_cell_(2 * std::sqrt(3.f) / padding) {
+    PointList world;
+    for (const AvoidedPoints& part : own) {
+      const Eigen::Isometry3f T_world_points = part.pose.matrix().cast<float>();
+      for (const Eigen::Vector3f& p : part.points) world.push_back(T_world_points * p);
+    }
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p : world) box.extend(p);
+    if (world.empty() || !box.sizes().allFinite()) return;
+    const Eigen::Array3d sides = (box.sizes() * per_cell_).array().cast<double>().floor() + 3;
+    if (sides.prod() > kMostCells) return;
+    size_ = sides.cast<int>();
+    first_ = box.min() - Eigen::Vector3f::Constant(1 / per_cell_);
+    cells_.assign(static_cast<std::size_t>(sides.prod()), kFree);
+    for (const Eigen::Vector3f& p : world) mark(p);
+  }
+
+  bool contains(const Eigen::Vector3f& p_world) const {
+    const Eigen::Array3f at = ((p_world - first_) * per_cell_).array();
+    if (!((at >= 0).all() && (at < size_.cast<float>()).all())) return false;
+    return cells_[indexOf(at.cast<int>())] != kFree;
+  }
+
+ private:
+  static constexpr double kMostCells = 1 << 24;
+  static constexpr char kFree = 0, kBeside = 1, kPassed = 2;
+
+  std::size_t indexOf(const Eigen::Array3i& cell) const {
+    return static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() + cell.x());
+  }
+  /// The box is a cell wider than the points on each side.
+  void mark(const Eigen::Vector3f& p) {
+    const Eigen::Array3i cell =
+        ((p - first_) * per_cell_).array().cast<int>().max(1).min(size_ - 2);
+    char& here = cells_[indexOf(cell)];
+    if (here == kPassed) return;
+    here = kPassed;
+    for (int z = -1; z <= 1; ++z) {
+      for (int y = -1; y <= 1; ++y) {
+        char* row = &cells_[indexOf(cell + Eigen::Array3i(-1, y, z))];
+        for (int x = 0; x < 3; ++x) row[x] = std::max(row[x], kBeside);
+      }
+    }
+  }
+
+  float per_cell_;
+  Eigen::Vector3f first_ = Eigen::Vector3f::Zero();
+  Eigen::Array3i size_ = Eigen::Array3i::Zero();
+  std::vector<char> cells_;
+};
+
 // ---------------------------------------------------------------------------------------- shapes
 
 /// Cuts triangles at the middle of their longest edges until none is longer than `spacing`. Of
@@ -297,6 +353,18 @@ PointList standingPoints(const PointList& points, const Rigid<World, World>& pos
     if (isStanding(seen, p, least)) standing.push_back(p);
   }
   return standing;
+}
+
+PointList foreignPoints(const PointList& points, const Rigid<World, World>& pose,
+                        const std::vector<AvoidedPoints>& own) {
+  if (own.empty() || !(own.front().padding > 0)) return points;
+  const SurfaceCells cells(own, own.front().padding);
+  const Eigen::Isometry3f T_world_points = pose.matrix().cast<float>();
+  PointList foreign;
+  for (const Eigen::Vector3f& p : points) {
+    if (!cells.contains(T_world_points * p)) foreign.push_back(p);
+  }
+  return foreign;
 }
 
 PointList standingColumns(const PointList& points, const Rigid<World, World>& pose,

@@ -29,6 +29,13 @@ struct AvoidedPoints {
 PointList standingPoints(const PointList& points, const Rigid<World, World>& pose,
                          const std::vector<SurfacePatch>& surfaces, double height);
 
+/// Returns the points that are no measurements of `own`, a robot's surface whose points lie no
+/// farther apart than a quarter of their padding: those that are not nearer to it than about that
+/// quarter. None is left out that is not within the padding, so that it stays avoided. All of `own`
+/// have one padding; very many cells of a quarter of it leave nothing out. Pure.
+PointList foreignPoints(const PointList& points, const Rigid<World, World>& pose,
+                        const std::vector<AvoidedPoints>& own);
+
 /// Returns upright columns of points, `spacing` meters apart, in world coordinates: one for each
 /// point that stands on a surface, from there `reach` meters up. A range finder sees people's legs
 /// alone. Pure.

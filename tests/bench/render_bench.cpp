@@ -7,6 +7,7 @@
 
 #include "render/gl/observer_renderer.hpp"
 #include "render/light_output.hpp"
+#include "render/paint/dark_mask.hpp"
 #include "render/projector_renderer.hpp"
 #include "render/scene/relief.hpp"
 #include "tests/support/optics.hpp"
@@ -154,6 +155,50 @@ void lightColors(benchmark::State& state) {
   }
 }
 BENCHMARK(lightColors)->DenseRange(0, 2)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// A depth camera's cloud of the floor, of a table, and of things that stand on them, half of it.
+PointList standingCloud() {
+  PointList points;
+  for (int i = 0; i < 640 * 480; ++i) {
+    const float x = 0.5f + 2.f * static_cast<float>(i / 640) / 480;
+    const float y = -1 + 2.f * static_cast<float>(i % 640) / 640;
+    points.emplace_back(x, y, i % 2 == 0 ? 0.3f + 0.1f * std::sin(9 * x) : x > 1.5f ? 0.7f : 0.f);
+  }
+  return points;
+}
+
+/// What of 307,200 new points stands over two surfaces.
+void findStanding(benchmark::State& state) {
+  const PointList cloud = standingCloud();
+  const std::vector<SurfacePatch> surfaces = {
+      {"floor", {}, {{-4, -4}, {4, -4}, {4, 4}, {-4, 4}}},
+      {"table",
+       Rigid<World, Surface>(at(2, 0, 0.7).matrix()),
+       {{-0.5, -0.9}, {0.5, -0.9}, {0.5, 0.9}, {-0.5, 0.9}}}};
+  for (auto _ : state) benchmark::DoNotOptimize(standingPoints(cloud, {}, surfaces, 0.1));
+}
+BENCHMARK(findStanding)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// What an image costs beside its drawing that keeps light off so many points: none, half a cloud,
+/// a whole one.
+void keepDark(benchmark::State& state) {
+  DarkMask mask(test::lens(1280, 800, 1100, 640, 500, kBent));
+  PointList points = standingCloud();
+  points.resize(static_cast<std::size_t>(state.range(0)));
+  const std::vector<AvoidedPoints> avoided = {{{}, points, 0.1f}};
+  Image image{1280, 800, std::vector<std::uint8_t>(3ul * 1280 * 800, 255)};
+  for (auto _ : state) {
+    mask.draw(avoided, moved(kProjector.inverse()));
+    mask.apply(image);
+    benchmark::DoNotOptimize(image);
+  }
+}
+BENCHMARK(keepDark)
+    ->Arg(0)
+    ->Arg(153'600)
+    ->Arg(307'200)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 void observerFrame(benchmark::State& state) {
   GlContext context;

@@ -235,6 +235,29 @@ TEST_F(LightAvoidanceTest, keepsOffLinksWhereTheyWillBe) {
   EXPECT_FLOAT_EQ(avoided->front().padding, 0.05f);
 }
 
+TEST_F(LightAvoidanceTest, takesWhatACloudShowsOfTheRobotForTheRobot) {
+  transform("map", "camera", {}, {0, 0, 0}, 0, true);
+  transform("map", "projector", {}, {0, 0, 2}, 0, true);
+  for (const double t : {0.0, 0.1}) {
+    transform("map", "base", at(t), {2, 0, 0.5});
+    transform("base", "head", at(t), {0, 0, 1});
+    transform("base", "arm", at(t), {0, 0, 0}, 10 * t);
+  }
+  LightAvoidance avoidance(config(true, true), buffer, "map");
+  avoidance.setRobot(robot());
+  // On the arm where it was, on it where it is now, beside it.
+  const float turn = 0.5f;
+  auto message =
+      test::cloudMessage("camera", {{2 + 0.5f * std::cos(turn), 0.5f * std::sin(turn), 0.555f},
+                                    {2 + 0.5f * std::cos(1.f), 0.5f * std::sin(1.f), 0.555f},
+                                    {2 + 0.5f * std::cos(turn), 0.5f * std::sin(turn), 0.65f}});
+  message.header.stamp = at(0.05);
+  avoidance.add(0, message, at(0.1));
+  const auto avoided = points(avoidance, at(0.1), at(0.1));
+  ASSERT_TRUE(avoided) << problems.at(0);
+  EXPECT_EQ(avoided->front().points.size(), 2u);
+}
+
 TEST_F(LightAvoidanceTest, keepsNothingOffTheProjectorsOwnHousing) {
   for (const double t : {0.0, 0.1}) {
     transform("map", "base", at(t), {1, 0, 0});

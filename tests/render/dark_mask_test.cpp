@@ -194,6 +194,40 @@ TEST(StandingPoints, countFromTheReliefWhereItIsKnown) {
   EXPECT_TRUE(stands({-1, 0, 0.35f}, surfaces));
 }
 
+TEST(ForeignPoints, areNotMeasuredOnTheRobotNorLeftOutBeyondItsPadding) {
+  const AvoidedPoints link{Rigid<World, World>(Eigen::Isometry3d(Eigen::Translation3d(1, 0, 0))),
+                           surfacePoints(Cube{{0.4f, 0.2f, 0.1f}}, 0.01), 0.05f};
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> share(-0.6f, 0.6f);
+  Eigen::Isometry3d T_world_camera = Eigen::Isometry3d::Identity();
+  T_world_camera.translation() << 0, 0, 1;
+  PointList points;
+  std::vector<float> away;
+  for (int i = 0; i < 5000; ++i) {
+    const Eigen::Vector3f p(share(random) / 2, share(random) / 3,
+                            share(random) / 4);  // on the link
+    const Eigen::Array3f beyond = p.array().abs() - Eigen::Array3f(0.2f, 0.1f, 0.05f);
+    away.push_back(beyond.max(0).matrix().norm() + std::min(beyond.maxCoeff(), 0.f));
+    points.push_back(p + Eigen::Vector3f(1, 0, -1));  // in the camera
+  }
+  const PointList foreign = foreignPoints(points, Rigid<World, World>(T_world_camera), {link});
+  std::size_t next = 0, left_out = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool is_foreign = next < foreign.size() && foreign[next] == points[i];
+    if (is_foreign) ++next;
+    if (!is_foreign) ++left_out;
+    if (std::abs(away[i]) < 0.008f) EXPECT_FALSE(is_foreign) << away[i];
+    if (std::abs(away[i]) > 0.05f) EXPECT_TRUE(is_foreign) << away[i];
+  }
+  EXPECT_EQ(next, foreign.size());
+  EXPECT_GT(left_out, 300u);
+  EXPECT_EQ(foreignPoints(points, {}, {}).size(), points.size());
+  const AvoidedPoints unpadded{{}, PointList{{0, 0, 0}}, 0};
+  EXPECT_EQ(foreignPoints(points, {}, {unpadded}).size(), points.size());
+  const AvoidedPoints endless{{}, PointList{{0, 0, 0}, {1e5f, 1e5f, 1e5f}}, 0.05f};
+  EXPECT_EQ(foreignPoints(points, {}, {endless}).size(), points.size());
+}
+
 TEST(StandingColumns, riseFromTheSurfaceBelow) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << 0, 0, 0.3;  // a laser, level
