@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 
@@ -50,6 +51,8 @@ std::optional<MessageType> toMessage(const replay::Bytes& bytes) {
 /// A message of any type, to subscribe to and to publish: its bytes, copied once.
 struct RawMessage {
   replay::Bytes bytes;
+  /// Let go once roscpp has sent, or dropped, the message that was published.
+  std::shared_ptr<const void> in_flight = {};
 };
 
 }  // namespace afterglow::nodes
@@ -91,6 +94,22 @@ struct Serializer<afterglow::nodes::RawMessage> {
     return static_cast<std::uint32_t>(message.bytes.size());
   }
 };
+
+/// As roscpp's own, but that the buffer holds on to `in_flight`.
+template <>
+inline SerializedMessage serializeMessage(const afterglow::nodes::RawMessage& message) {
+  const std::uint32_t size = serializationLength(message);
+  SerializedMessage serialized;
+  serialized.num_bytes = size + sizeof(size);
+  serialized.buf.reset(
+      new std::uint8_t[serialized.num_bytes],
+      [in_flight = message.in_flight](const std::uint8_t* buffer) { delete[] buffer; });
+  OStream stream(serialized.buf.get(), static_cast<std::uint32_t>(serialized.num_bytes));
+  serialize(stream, size);
+  serialized.message_start = stream.getData();
+  serialize(stream, message);
+  return serialized;
+}
 
 }  // namespace serialization
 }  // namespace ros

@@ -94,11 +94,9 @@ std::set<std::string> TopicListener::senders(const std::string& topic) const {
 
 ros::Subscriber TopicListener::subscribe(const std::string& topic) {
   ros::SubscribeOptions options;
-  // Never more than one message waits there.
   options.initByFullCallbackType<const Event&>(
       topic, 0, [this, topic](const Event& event) { onMessage(topic, event); });
-  options.callback_queue = &immediately_;
-  options.allow_concurrent_callbacks = true;  // else roscpp puts off what it cannot call at once
+  immediately_.take(options);
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   return node_.subscribe(options);
 }

@@ -3,7 +3,6 @@
 /// yet or not.
 #pragma once
 
-#include <ros/callback_queue_interface.h>
 #include <ros/ros.h>
 
 #include <map>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/tools/immediate_callbacks.hpp"
 #include "replay/record/recorder.hpp"
 
 namespace afterglow::nodes {
@@ -49,15 +49,6 @@ class TopicListener {
     bool has_publishers = false;
     std::string renewed_for;  ///< the type that made it begin anew
   };
-  /// Calls at once. roscpp adds callbacks under the subscription's lock, so they come one by one,
-  /// and none comes after the subscription's end.
-  class Immediately : public ros::CallbackQueueInterface {
-   public:
-    void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t) override {
-      callback->call();
-    }
-    void removeByID(std::uint64_t) override {}
-  };
 
   ros::Subscriber subscribe(const std::string& topic);
   std::string typeHeard(const std::string& topic);
@@ -66,7 +57,7 @@ class TopicListener {
 
   replay::Recorder& recorder_;
   ros::NodeHandle node_;
-  Immediately immediately_;
+  ImmediateCallbacks immediately_;
   mutable std::mutex mutex_;  ///< subscriptions_; callbacks do not take it
   std::map<std::string, Subscription> subscriptions_;
   mutable std::mutex channels_mutex_;  ///< the rest

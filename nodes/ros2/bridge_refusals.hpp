@@ -1,5 +1,5 @@
 /// \file
-/// What a bridge does not carry, and why.
+/// What a bridge does not carry, and why; messages that it carried, and those that it could not.
 #pragma once
 
 #include <ros/console.h>
@@ -10,6 +10,22 @@
 #include <string>
 
 namespace afterglow::nodes {
+
+/// Messages of a topic, one way.
+struct CarriedCount {
+  std::uint64_t heard = 0, handed_on = 0;
+  std::uint64_t lost = 0;      ///< before they came: a writer of ROS 2 gave them up
+  std::uint64_t given_up = 0;  ///< by the bridge, as somebody who hears the topic is too slow
+
+  bool isWhole() const { return lost + given_up == 0; }
+  /// "5 heard, 5 handed on"
+  std::string text() const {
+    std::string text = std::to_string(heard) + " heard, " + std::to_string(handed_on) + " handed on";
+    if (lost > 0) text += ", " + std::to_string(lost) + " lost before";
+    if (given_up > 0) text += ", " + std::to_string(given_up) + " given up for a slow subscriber";
+    return text;
+  }
+};
 
 /// Any thread.
 class BridgeRefusals {

@@ -25,6 +25,7 @@
 #endif
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <iterator>
 #include <map>
@@ -40,10 +41,12 @@ namespace dds = eprosima::fastdds::dds;
 #if AFTERGLOW_FAST_DDS == 2
 namespace rtps = eprosima::fastrtps::rtps;
 using Code = eprosima::fastrtps::types::ReturnCode_t;
+using Duration = eprosima::fastrtps::Duration_t;
 const auto kOk = Code::RETCODE_OK;
 #else
 namespace rtps = eprosima::fastdds::rtps;
 using Code = dds::ReturnCode_t;
+using Duration = dds::Duration_t;
 const auto kOk = dds::RETCODE_OK;
 #endif
 using Udp = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
@@ -61,8 +64,12 @@ constexpr const char* kOwn = "afterglow=1;";
 /// The same if bridges carry it.
 constexpr const char* kCarried = "afterglow=carried;";
 constexpr const char* kTypeHash = "typehash=";
-/// Messages that were lost are sent again that soon, if the writer is silent afterwards.
-constexpr std::uint32_t kHeartbeat_ns = 100'000'000;
+/// Readers notice that soon that a datagram was lost: what came after it waits for it.
+constexpr std::uint32_t kHeartbeat_ns = 20'000'000;
+/// A writer waits that long for room, in the network or for readers that are behind.
+constexpr std::uint32_t kPatience_ns = 20'000'000;
+/// Bytes that wait for readers of a writer.
+constexpr std::size_t kMostBytes = 256 << 20;
 
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error("DDS refuses " + what); }
 
@@ -172,10 +179,12 @@ void setQos(Qos& qos, const DdsQos& wanted) {
       wanted.is_reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
   qos.durability().kind = wanted.is_transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
                                                     : dds::VOLATILE_DURABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().kind = wanted.is_counted ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = wanted.depth;
-  qos.resource_limits().max_samples = std::max(5000, wanted.depth);
-  qos.resource_limits().max_samples_per_instance = std::max(400, wanted.depth);
+  const std::int32_t most = wanted.is_counted ? wanted.depth : std::max(5000, wanted.depth);
+  qos.resource_limits().max_samples = most;
+  qos.resource_limits().max_samples_per_instance = most;
+  qos.resource_limits().allocated_samples = std::min(100, most);
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   qos.data_sharing().off();
   const std::string own = wanted.is_carried ? kCarried : kOwn;
@@ -403,16 +412,17 @@ class DdsWriter::State : public dds::DataWriterListener {
  public:
   State(DdsParticipant::State& participant, const std::string& name, const std::string& type,
         const DdsQos& wanted)
-      : participant_(participant), topic_(participant.topic(name, type)) {
+      : participant_(participant), topic_(participant.topic(name, type)), wanted_(wanted) {
     dds::DataWriterQos qos;
     setQos(qos, wanted);
-    // A large message is sent by a thread of DDS: who writes goes on.
-    qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
+    // Fast DDS's own thread would spin for as long as a thread that writes does not run.
+    qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+    qos.reliability().max_blocking_time = Duration(0, kPatience_ns);
     auto& times = qos.reliable_writer_qos().times;
 #if AFTERGLOW_FAST_DDS == 2
-    times.heartbeatPeriod = eprosima::fastrtps::Duration_t(0, kHeartbeat_ns);
+    times.heartbeatPeriod = Duration(0, kHeartbeat_ns);
 #else
-    times.heartbeat_period = dds::Duration_t(0, kHeartbeat_ns);
+    times.heartbeat_period = Duration(0, kHeartbeat_ns);
 #endif
     writer_ = participant_.publisher().create_datawriter(topic_.get(), qos, this);
     if (!writer_) fail("a writer of " + name);
@@ -425,12 +435,20 @@ class DdsWriter::State : public dds::DataWriterListener {
   SampleIdentity write(const replay::Bytes& cdr, const SampleIdentity& related) {
     rtps::WriteParams parameters;
     if (related.writer.isKnown()) parameters.related_sample_identity(fromIdentity(related));
+    if (wanted_.is_counted) makeRoom(cdr.size());
     // Fast DDS does not write through the pointer.
-    if (!isOk(writer_->write(const_cast<replay::Bytes*>(&cdr), parameters))) {
-      fail("a message of " + topic_->get_name() + ": a reader is too far behind");
+    const auto tryToWrite = [&] {
+      return isOk(writer_->write(const_cast<replay::Bytes*>(&cdr), parameters));
+    };
+    bool is_written = tryToWrite();
+    if (!is_written && wanted_.is_counted) {
+      giveUp();
+      is_written = tryToWrite();
     }
+    if (!is_written) fail("a message of " + topic_->get_name());
     return toIdentity(parameters.sample_identity());
   }
+  std::uint64_t givenUp() const { return given_up_; }
   DdsGuid guid() const { return toGuid(writer_->guid()); }
   std::vector<DdsGuid> matched() const { return matched_.all(); }
 
@@ -447,8 +465,29 @@ class DdsWriter::State : public dds::DataWriterListener {
   static bool isOk(bool is_written) { return is_written; }  // version 2
   static bool isOk(const Code& code) { return code == kOk; }
 
+  /// As many messages as may wait are less than kMostBytes, unless they are larger than this.
+  bool isLarge(std::size_t size) const { return size > kMostBytes / wanted_.depth; }
+  void makeRoom(std::size_t size) {
+    if (!isLarge(size)) return;
+    const std::lock_guard<std::mutex> lock(room_mutex_);
+    if (writer_->wait_for_acknowledgments(Duration(0, 0)) == kOk) waiting_bytes_ = 0;
+    waiting_bytes_ += size;
+    if (waiting_bytes_ <= kMostBytes) return;
+    giveUp();
+    waiting_bytes_ = size;
+  }
+  void giveUp() {
+    std::size_t count = 0;
+    writer_->clear_history(&count);
+    given_up_ += count;
+  }
+
   DdsParticipant::State& participant_;
   const std::shared_ptr<dds::Topic> topic_;
+  const DdsQos wanted_;
+  std::mutex room_mutex_;
+  std::size_t waiting_bytes_ = 0;  ///< of large messages, at most
+  std::atomic<std::uint64_t> given_up_{0};
   MatchedGuids matched_;
   dds::DataWriter* writer_ = nullptr;
 };
@@ -460,6 +499,7 @@ DdsWriter::~DdsWriter() = default;
 SampleIdentity DdsWriter::write(const replay::Bytes& cdr, const SampleIdentity& related) {
   return state_->write(cdr, related);
 }
+std::uint64_t DdsWriter::givenUp() const { return state_->givenUp(); }
 DdsGuid DdsWriter::guid() const { return state_->guid(); }
 std::vector<DdsGuid> DdsWriter::matched() const { return state_->matched(); }
 
@@ -483,6 +523,7 @@ class DdsReader::State : public dds::DataReaderListener {
     participant_.subscriber().delete_datareader(reader_);
   }
 
+  std::uint64_t lost() const { return lost_; }
   DdsGuid guid() const { return toGuid(reader_->guid()); }
   std::vector<DdsGuid> matched() const { return matched_.all(); }
 
@@ -504,6 +545,9 @@ class DdsReader::State : public dds::DataReaderListener {
                                const dds::SubscriptionMatchedStatus& status) override {
     matched_.take(guidOf(status.last_publication_handle), status);
   }
+  void on_sample_lost(dds::DataReader*, const dds::SampleLostStatus& status) override {
+    lost_ += static_cast<std::uint64_t>(std::max(0, status.total_count_change));
+  }
   void on_requested_incompatible_qos(dds::DataReader*,
                                      const dds::RequestedIncompatibleQosStatus& status) override {
     participant_.tellMisfit(topic_->get_name(), status.last_policy_id);
@@ -515,6 +559,7 @@ class DdsReader::State : public dds::DataReaderListener {
   const Take take_;
   std::mutex taking_;
   bool is_ended_ = false;
+  std::atomic<std::uint64_t> lost_{0};
   MatchedGuids matched_;
   dds::DataReader* reader_ = nullptr;
 };
@@ -523,6 +568,7 @@ DdsReader::DdsReader(DdsParticipant& participant, const std::string& topic, cons
                      const DdsQos& qos, Take take)
     : state_(std::make_unique<State>(*participant.state_, topic, type, qos, std::move(take))) {}
 DdsReader::~DdsReader() = default;
+std::uint64_t DdsReader::lost() const { return state_->lost(); }
 DdsGuid DdsReader::guid() const { return state_->guid(); }
 std::vector<DdsGuid> DdsReader::matched() const { return state_->matched(); }
 

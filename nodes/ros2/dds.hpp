@@ -34,6 +34,9 @@ struct DdsQos {
   bool is_reliable = true;
   bool is_transient_local = false;  ///< whoever comes late gets the last messages
   std::int32_t depth = 10;          ///< messages that are kept; others do not tell theirs: 0
+  /// A writer that has `depth` messages, or 256 MB, that a reliable reader did not acknowledge
+  /// gives them all up and counts them (DdsWriter::givenUp()); else the oldest goes, uncounted.
+  bool is_counted = false;
   bool is_carried = false;          ///< Afterglow's own, and a bridge carries it as a robot's
 
   /// Whether and how messages are kept, without the depth.
@@ -111,9 +114,10 @@ class DdsWriter {
   DdsWriter& operator=(const DdsWriter&) = delete;
 
   /// `related`: a reply's request, or a request's reader of replies. Returns the message's
-  /// identity. Throws std::runtime_error if a reliable reader is so far behind that there is no
-  /// room.
+  /// identity. Sent by the calling thread, but what does not leave within 20 ms. Throws
+  /// std::runtime_error if DDS refuses it.
   SampleIdentity write(const replay::Bytes& cdr, const SampleIdentity& related = {});
+  std::uint64_t givenUp() const;  ///< messages, if they are counted (DdsQos)
   DdsGuid guid() const;
   /// The readers that get what is written from now on.
   std::vector<DdsGuid> matched() const;
@@ -137,6 +141,8 @@ class DdsReader {
   DdsReader(const DdsReader&) = delete;
   DdsReader& operator=(const DdsReader&) = delete;
 
+  /// Messages of reliable writers that never came: those gave them up.
+  std::uint64_t lost() const;
   DdsGuid guid() const;
   std::vector<DdsGuid> matched() const;  ///< writers
 

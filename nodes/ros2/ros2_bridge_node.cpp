@@ -21,7 +21,7 @@ namespace {
 
 constexpr auto kMasterLook = std::chrono::milliseconds(500);
 constexpr auto kAnswerLook = std::chrono::milliseconds(20);
-constexpr int kMostDepth = 1000;
+constexpr int kMostDepth = 100000;
 const std::string kAlone = "meets no node of ROS 2 in ";
 
 /// The endpoint whose type the topic is carried as: of the type that it has already, else the
@@ -294,10 +294,23 @@ void Ros2BridgeNode::publishDiagnostics() {
   status.name = ros::this_node::getName().substr(1);
   status.hardware_id = kBridgeHardware;
   std::size_t to_ros1 = 0, to_ros2 = 0;
+  bool is_whole = true;
+  const auto tell = [&](const std::string& topic, const char* side, const CarriedCount& count) {
+    is_whole = is_whole && count.isWhole();
+    addValue(status, topic + " to " + side, count.text());
+  };
   {
     const std::lock_guard<std::mutex> lock(carried_mutex_);
-    for (const auto& [topic, carried] : to_ros1_) to_ros1 += carried && carried->isCarried();
-    for (const auto& [topic, carried] : to_ros2_) to_ros2 += carried ? 1 : 0;
+    for (const auto& [topic, carried] : to_ros1_) {
+      if (!carried || !carried->isCarried()) continue;
+      ++to_ros1;
+      tell(topic, "ROS 1", carried->count());
+    }
+    for (const auto& [topic, carried] : to_ros2_) {
+      if (!carried) continue;
+      ++to_ros2;
+      tell(topic, "ROS 2", carried->count());
+    }
     addValue(status, "on_ros2", std::to_string(to_ros1_.size()));
     addValue(status, "actions", std::to_string(actions_.count()));
   }
@@ -309,7 +322,7 @@ void Ros2BridgeNode::publishDiagnostics() {
   for (const auto& [topic, count] : bad) {
     addValue(status, topic, replay::counted(count, "message") + " left out");
   }
-  const bool is_well = whys.empty() && bad.empty() && !was_alone_;
+  const bool is_well = whys.empty() && bad.empty() && is_whole && !was_alone_;
   status.level =
       is_well ? diagnostic_msgs::DiagnosticStatus::OK : diagnostic_msgs::DiagnosticStatus::WARN;
   status.message = "carries " + replay::counted(to_ros1, "topic") + " to ROS 1, " +

@@ -31,7 +31,7 @@ replay::Ros2Network readRos2Network(const ros::NodeHandle& own);
 
 struct Ros2BridgeOptions {
   replay::Ros2Network network;
-  std::int32_t depth = 100;  ///< messages that wait on either side of a topic
+  std::int32_t depth = 10000;  ///< messages that wait on either side of a topic, at most
 
   /// From the parameter ~depth and readRos2Network(). Throws std::invalid_argument, one line.
   static Ros2BridgeOptions read(const ros::NodeHandle& own);

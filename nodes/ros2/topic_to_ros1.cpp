@@ -3,7 +3,15 @@
 #include <iterator>
 #include <set>
 
+#include "replay/messages/text.hpp"
+
 namespace afterglow::nodes {
+namespace {
+
+/// Bytes of a topic that wait for its slowest subscriber.
+constexpr std::size_t kMostBytes = 256 << 20;
+
+}  // namespace
 
 TopicToRos1::TopicToRos1(DdsParticipant& participant, BridgeRefusals& refusals,
                          replay::Ros2Topic conversion, Options options)
@@ -36,7 +44,15 @@ void TopicToRos1::update(const std::vector<DdsEndpoint>& writers, std::size_t ow
   for (auto reader = readers_.begin(); reader != readers_.end();) {
     const auto [is_reliable, is_transient_local] = reader->first;
     const bool stays = kinds.count(reader->first) > 0 && (is_wanted || is_transient_local);
-    reader = stays ? std::next(reader) : readers_.erase(reader);
+    if (stays) {
+      ++reader;
+      continue;
+    }
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      count_.lost += reader->second->lost();
+    }
+    reader = readers_.erase(reader);
   }
   for (const auto& kind : kinds) {
     if (!is_wanted || readers_.count(kind) > 0) continue;
@@ -58,15 +74,44 @@ ros::Publisher& TopicToRos1::publisherOf(const DdsGuid& writer, bool is_latched)
   return publisher;
 }
 
+void TopicToRos1::publish(ros::Publisher& publisher, replay::Bytes&& bytes) {
+  const std::size_t size = bytes.size();
+  const bool is_full = waiting_->bytes > kMostBytes;
+  // Where roscpp itself has no room, the subscriber that is behind loses the oldest one.
+  if (is_full || waiting_->messages > static_cast<std::size_t>(options_.depth)) {
+    ++count_.given_up;
+    ROS_WARN_STREAM_THROTTLE(
+        10, conversion_.channel().topic
+                << ": a subscriber is too slow: " << replay::counted(count_.given_up, "message")
+                << " given up so far");
+  }
+  if (is_full) return;
+  ++count_.handed_on;
+  ++waiting_->messages;
+  waiting_->bytes += size;
+  const auto leave = [waiting = waiting_, size](const void*) {
+    --waiting->messages;
+    waiting->bytes -= size;
+  };
+  publisher.publish(RawMessage{std::move(bytes), {waiting_.get(), leave}});
+}
+
+CarriedCount TopicToRos1::count() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  CarriedCount count = count_;
+  for (const auto& [kind, reader] : readers_) count.lost += reader->lost();
+  return count;
+}
+
 void TopicToRos1::take(const std::pair<bool, bool>& kind, DdsSample&& sample) {
   // A reader that asks for little hears them all; each is heard as its own kind. Afterglow's own
   // are no writers of others.
   const auto offered = participant_.qosOf(sample.writer);
   if (!offered || offered->kind() != kind) return;
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++count_.heard;
   try {
-    const RawMessage message{conversion_.toRos1(sample.cdr)};
-    publisherOf(sample.writer, kind.second).publish(message);
+    publish(publisherOf(sample.writer, kind.second), conversion_.toRos1(sample.cdr));
   } catch (const replay::MessageError& error) {
     refusals_.tellBadMessage(conversion_.channel().topic, error.what());
   }

@@ -4,6 +4,7 @@
 
 #include <ros/ros.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -28,7 +29,7 @@ class TopicToRos1 {
  public:
   struct Options {
     std::string dds_type;
-    std::int32_t depth = 100;
+    std::int32_t depth = 10000;
     bool is_latched = false;          ///< by the writers known so far
     std::function<void()> on_demand;  ///< a subscriber came or went; any thread
   };
@@ -43,20 +44,30 @@ class TopicToRos1 {
   const std::string& ros1Type() const { return conversion_.channel().type; }
   const std::string& ddsType() const { return options_.dds_type; }
   bool isCarried() const { return !readers_.empty(); }
+  CarriedCount count() const;  ///< not during update()
 
  private:
+  /// Messages that roscpp has not sent yet to all subscribers: as many as the slowest one is
+  /// behind, but for those that are latched.
+  struct Waiting {
+    std::atomic<std::size_t> messages{0}, bytes{0};
+  };
+
   ros::Publisher advertise(bool is_latched);
+  void publish(ros::Publisher& publisher, replay::Bytes&& bytes);
   void take(const std::pair<bool, bool>& kind, DdsSample&& sample);
   ros::Publisher& publisherOf(const DdsGuid& writer, bool is_latched);
 
   DdsParticipant& participant_;
   BridgeRefusals& refusals_;
   const Options options_;
-  std::mutex mutex_;  ///< conversion_, latched_
+  mutable std::mutex mutex_;  ///< conversion_, latched_, count_
   replay::Ros2Topic conversion_;
   ros::NodeHandle node_;
   ros::Publisher publisher_;
   std::map<DdsGuid, ros::Publisher> latched_;  ///< of transient local writers
+  std::shared_ptr<Waiting> waiting_ = std::make_shared<Waiting>();
+  CarriedCount count_;
   std::map<std::pair<bool, bool>, std::unique_ptr<DdsReader>> readers_;  ///< last: use the rest
 };
 

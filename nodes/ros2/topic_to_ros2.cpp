@@ -1,9 +1,11 @@
 #include "nodes/ros2/topic_to_ros2.hpp"
 
+#include <algorithm>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
 
+#include "replay/messages/text.hpp"
 #include "replay/ros2/ros2_definition.hpp"
 
 namespace afterglow::nodes {
@@ -12,6 +14,8 @@ namespace {
 /// Readers are met within milliseconds; one that never is, as its quality does not fit, holds up
 /// nobody.
 constexpr auto kMeeting = std::chrono::seconds(1);
+/// Messages of a topic that are kept for those who come later.
+constexpr std::int32_t kKept = 100;
 
 std::string valueOf(const ros::M_string& header, const std::string& key) {
   const auto found = header.find(key);
@@ -28,8 +32,8 @@ TopicToRos2::TopicToRos2(DdsParticipant& participant, BridgeRefusals& refusals, 
 void TopicToRos2::subscribe() {
   ros::SubscribeOptions subscription;
   subscription.initByFullCallbackType<const Event&>(
-      options_.topic, static_cast<std::uint32_t>(options_.depth),
-      [this](const Event& event) { onMessage(event); });
+      options_.topic, 0, [this](const Event& event) { onMessage(event); });
+  immediately_.take(subscription);
   if (!options_.ros1_md5.empty()) {
     subscription.md5sum = options_.ros1_md5;
     subscription.datatype = options_.ros1_type;
@@ -55,8 +59,10 @@ DdsWriter& TopicToRos2::writerOf(const Source& source) {
   const bool is_common = !source.is_latching;
   auto& writer = writers_[is_common ? "" : source.caller];
   if (!writer) {
-    const DdsQos qos = is_common ? DdsQos{true, options_.is_transient_local, options_.depth}
-                                 : DdsQos{true, true, 1};
+    DdsQos qos{true, true, 1};
+    if (is_common) qos = {true, options_.is_transient_local, options_.depth};
+    if (is_common && options_.is_transient_local) qos.depth = std::min(kKept, qos.depth);
+    qos.is_counted = !qos.is_transient_local;
     writer = std::make_unique<DdsWriter>(participant_, replay::ddsTopicName(options_.topic),
                                          replay::ddsTypeName(options_.ros2_type), qos);
   }
@@ -93,14 +99,31 @@ TopicToRos2::Source& TopicToRos2::sourceOf(const Event& event) {
   return sources_.emplace(header, sourceWith(*header)).first->second;
 }
 
+void TopicToRos2::write(DdsWriter& writer, const replay::Bytes& cdr) {
+  const std::uint64_t given_up = writer.givenUp();
+  writer.write(cdr);
+  ++count_.handed_on;
+  if (writer.givenUp() == given_up) return;
+  count_.given_up += writer.givenUp() - given_up;
+  ROS_WARN_STREAM_THROTTLE(10, options_.topic << ": a node of ROS 2 is too slow: "
+                                              << replay::counted(count_.given_up, "message")
+                                              << " given up so far");
+}
+
+CarriedCount TopicToRos2::count() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return count_;
+}
+
 void TopicToRos2::onMessage(const Event& event) {
   if (event.getPublisherName() == ros::this_node::getName()) return;  // from ROS 2
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++count_.heard;
   try {
     Source& source = sourceOf(event);
     if (!source.conversion) return;
     const replay::Stamp now{static_cast<std::int64_t>(ros::Time::now().toNSec())};
-    writerOf(source).write(source.conversion->convert(event.getConstMessage()->bytes, now));
+    write(writerOf(source), source.conversion->convert(event.getConstMessage()->bytes, now));
   } catch (const replay::MessageError& error) {
     refusals_.tellBadMessage(options_.topic, error.what());
   } catch (const std::runtime_error& error) {

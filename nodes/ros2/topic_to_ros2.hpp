@@ -17,12 +17,14 @@
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/ros2/bridge_refusals.hpp"
 #include "nodes/ros2/dds.hpp"
+#include "nodes/tools/immediate_callbacks.hpp"
 #include "replay/ros2/message_to_ros2.hpp"
 
 namespace afterglow::nodes {
 
 /// Subscribed to, and written as the type that readers of ROS 2 ask for, while it exists. Each
-/// publisher that latches has a writer of its own, transient local, with its last message.
+/// publisher that latches has a writer of its own, transient local, with its last message. Messages
+/// are converted, and leave, as they are read: what comes faster makes its publisher wait.
 class TopicToRos2 {
  public:
   struct Options {
@@ -30,7 +32,7 @@ class TopicToRos2 {
     std::string ros2_type;            ///< "geometry_msgs/msg/Twist", the readers'
     std::string definition;           ///< of it, as Ros2Types tells it
     bool is_transient_local = false;  ///< asked for by a reader, whatever the publishers do
-    std::int32_t depth = 100;
+    std::int32_t depth = 10000;
     /// Type and MD5 of the publishers that are heard; empty: those of the first.
     std::string ros1_type = {}, ros1_md5 = {};
   };
@@ -45,6 +47,7 @@ class TopicToRos2 {
   /// Subscribes once the readers are met, as what is written before is lost. Returns false until
   /// then.
   bool update(const std::set<std::string>& publishers, std::size_t readers);
+  CarriedCount count() const;
 
   const Options& options() const { return options_; }
   /// Whether it hears this process's own publishers of that type as well.
@@ -62,6 +65,7 @@ class TopicToRos2 {
   };
 
   void subscribe();
+  void write(DdsWriter& writer, const replay::Bytes& cdr);
   void onMessage(const Event& event);
   Source& sourceOf(const Event& event);
   Source sourceWith(const ros::M_string& header);
@@ -71,11 +75,13 @@ class TopicToRos2 {
   BridgeRefusals& refusals_;
   const Options options_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::mutex mutex_;                                            ///< sources_, writers_
+  mutable std::mutex mutex_;                                    ///< sources_, writers_, count_
   std::map<boost::shared_ptr<ros::M_string>, Source> sources_;  ///< by connection header
   /// By caller, of those that latch; "": of all others.
   std::map<std::string, std::unique_ptr<DdsWriter>> writers_;
+  CarriedCount count_;
   ros::NodeHandle node_;
+  ImmediateCallbacks immediately_;
   ros::Subscriber subscriber_;
 };
 

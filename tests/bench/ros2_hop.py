@@ -74,7 +74,7 @@ def measure(world, robot, other, size, hz):
 
 
 world = World("ros2_hop")
-robot, other = Ros2Node("robot"), Ros2Node("other")
+robot, other = (Ros2Node(name, "one-thread") for name in ("robot", "other"))
 try:
     robot.run(TALK)
     other.run(HEAR)

@@ -3,8 +3,9 @@
 
   tests/bench/run ros2_soak.py [MINUTES] [HZ]    60, 1000; needs root, for a network that has loopback alone
 
-A line a minute, and status 1 if a message was left out, came twice or out of order. The reader of rclpy is a deep one,
-as it falls back by seconds on a busy machine."""
+A line a minute with the bridge's own counts, the CPU of each program, and how busy the machine was; status 1 if a message
+was left out, came twice or out of order. Queues of both Pythons are deep, as these fall back by seconds on a busy
+machine; rospy's has no limit, as it says nothing of what it drops."""
 import os
 import sys
 import time
@@ -17,6 +18,7 @@ from ros2_world import WHY_NOT, Ros2Node, World, until  # noqa: E402
 if WHY_NOT:
     sys.exit("ros2_soak.py: " + WHY_NOT)
 import rospy  # noqa: E402
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from std_msgs.msg import Int32  # noqa: E402
 
 #: Both Pythons' own: numbers in turn, sent and heard.
@@ -49,12 +51,12 @@ class Talker(threading.Thread):
 ROBOT = NUMBERS + """
 heard = Heard()
 node.create_subscription(type(message('std_msgs/Int32')), '/there', heard.take, qos(depth=100000))
-numbers = publisher('/here', 'std_msgs/Int32')
+numbers = publisher('/here', 'std_msgs/Int32', depth=100000)
 """
 exec(NUMBERS)
 
 
-def bridge_of(pid):
+def cost_of(pid):
     """Seconds of CPU, and MB of memory."""
     with open("/proc/{}/stat".format(pid)) as file:
         fields = file.read().rsplit(")", 1)[1].split()
@@ -62,25 +64,36 @@ def bridge_of(pid):
     return seconds, int(fields[21]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def take_counts(array):
+    for status in array.status:
+        if status.hardware_id == "ros2_bridge":
+            counts.update((one.key, one.value) for one in status.values)
+
+
 def line(begin):
-    seconds, megabytes = bridge_of(world.bridge.pid)
     there, sent = robot.run("answer = [heard.told(), talker.count]")
-    ways = ["{} {} of {}, {} left out, {} late".format(name, told[0], count, *told[1:]) for name, told, count in
-            (("ROS 1 to 2:", there, own.count), ("ROS 2 to 1:", heard.told(), sent))]
+    ways = ["{} {} of {}, {} left out, {} late; bridge: {}".format(name, told[0], count, *told[1:], counts.get(key, "no counts"))
+            for name, told, count, key in (("ROS 1 to 2:", there, own.count, "/there to ROS 2"),
+                                           ("ROS 2 to 1:", heard.told(), sent, "/here to ROS 1"))]
     minutes = (time.monotonic() - begin) / 60
-    print("{:6.1f} min   {}   {}   bridge {:.1f} % CPU, {:.1f} MB".format(
-        minutes, *ways, 100 * seconds / (60 * minutes), megabytes), flush=True)
+    costs = ["{} {:.1f} % CPU, {:.1f} MB".format(name, 100 * (seconds - before[name]) / (60 * minutes), megabytes)
+             for name, (seconds, megabytes) in ((name, cost_of(pid)) for name, pid in programs.items())]
+    print("{:6.1f} min   {}\n             {}\n             {}; load {}".format(
+        minutes, *ways, ", ".join(costs), open("/proc/loadavg").read().split()[0]), flush=True)
     return sum(there[1:] + heard.told()[1:]) + own.count - there[0] + sent - heard.count
 
 
 world = World("ros2_soak")
-robot = Ros2Node("robot")
+robot = Ros2Node("robot", "one-thread")
 try:
     robot.run(ROBOT)
-    heard, publisher = Heard(), rospy.Publisher("/there", Int32, queue_size=1000)
+    heard, counts, publisher = Heard(), {}, rospy.Publisher("/there", Int32, queue_size=0)
+    rospy.Subscriber("/diagnostics", DiagnosticArray, take_counts)
     subscriber = rospy.Subscriber("/here", Int32, heard.take, tcp_nodelay=True)
     until(lambda: publisher.get_num_connections() == 1 and subscriber.get_num_connections() == 1, "the bridge")
     robot.until("numbers.get_subscription_count() == 1")
+    programs = {"bridge": world.bridge.pid, "rclpy": robot.process.pid, "rospy": os.getpid()}
+    before = {name: cost_of(pid)[0] for name, pid in programs.items()}
     begin = time.monotonic()
     own = Talker(lambda count: publisher.publish(count), HZ)
     robot.run("talker = Talker(lambda count: numbers.publish(message('std_msgs/Int32', data=count)), {})".format(HZ))
