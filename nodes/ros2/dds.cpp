@@ -66,6 +66,8 @@ constexpr const char* kCarried = "afterglow=carried;";
 constexpr const char* kTypeHash = "typehash=";
 /// Readers notice that soon that a datagram was lost: what came after it waits for it.
 constexpr std::uint32_t kHeartbeat_ns = 20'000'000;
+/// A message that was just sent counts as on its way; at once, each would wake a thread of DDS.
+constexpr std::uint32_t kSettling_ns = 5'000'000;
 /// A writer waits that long for room, in the network or for readers that are behind.
 constexpr std::uint32_t kPatience_ns = 20'000'000;
 /// Bytes that wait for readers of a writer.
@@ -421,8 +423,10 @@ class DdsWriter::State : public dds::DataWriterListener {
     auto& times = qos.reliable_writer_qos().times;
 #if AFTERGLOW_FAST_DDS == 2
     times.heartbeatPeriod = Duration(0, kHeartbeat_ns);
+    times.nackSupressionDuration = Duration(0, kSettling_ns);
 #else
     times.heartbeat_period = Duration(0, kHeartbeat_ns);
+    times.nack_supression_duration = Duration(0, kSettling_ns);
 #endif
     writer_ = participant_.publisher().create_datawriter(topic_.get(), qos, this);
     if (!writer_) fail("a writer of " + name);
