@@ -20,18 +20,18 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Loop:
-    """Steps at a rate, in a thread of its own."""
+    """Steps at a rate, in a thread of its own; makes up for steps that it was late for, as a robot goes on meanwhile."""
     def __init__(self, node, hz):
         self.node, self.period, self.lock = node, 1 / hz, threading.RLock()
         threading.Thread(target=self._run, daemon=True).start()
 
     def _run(self):
-        due, count = time.monotonic(), 0
+        self.at, count = time.monotonic(), 0
         while True:
             with self.lock:
                 self.step(count)
-            due, count = max(due + self.period, time.monotonic()), count + 1
-            time.sleep(max(0, due - time.monotonic()))
+                self.at, count = self.at + self.period, count + 1
+            time.sleep(max(0, self.at - time.monotonic()))
 
     def now(self):
         return self.node.get_clock().now().to_msg()
@@ -57,10 +57,12 @@ class Base(Loop):
         self.fixed.publish(TFMessage(transforms=[self.transform('base_footprint', 'base_scan', (0.0, 0.0, 0.0))]))
         node.create_subscription(TwistStamped, '/cmd_vel', self.take, 10)
 
-    def take(self, command):
+    def take(self, command, info):
+        # rclpy's executor is late by a tenth of a second on a busy machine; a driver is not.
+        at = time.monotonic() - time.time() + 1e-9 * info['received_timestamp']
         with self.lock:
             self.commands += 1
-            self.told.append((time.monotonic(), command.twist.linear.x, command.twist.angular.z))
+            self.told.append((at, command.twist.linear.x, command.twist.angular.z))
 
     def put(self, x, y, yaw):
         with self.lock:
@@ -68,10 +70,9 @@ class Base(Loop):
             self.told.clear()
 
     def velocity(self):
-        now = time.monotonic()
-        while len(self.told) > 1 and self.told[1][0] + self.LATE_S <= now:
+        while len(self.told) > 1 and self.told[1][0] + self.LATE_S <= self.at:
             self.told.pop(0)
-        if not self.told or not self.told[0][0] + self.LATE_S <= now <= self.told[0][0] + 0.5:
+        if not self.told or not self.told[0][0] + self.LATE_S <= self.at <= self.told[0][0] + 0.5:
             return 0.0, 0.0
         return self.told[0][1:]
 
