@@ -18,6 +18,7 @@
 #include "replay/bags/mcap_writer.hpp"
 #include "replay/ros2/cdr_conversion.hpp"
 #include "replay/store/store_reading.hpp"
+#include "replay/store/sqlite/store_files.hpp"
 
 namespace afterglow::replay {
 
@@ -41,8 +42,10 @@ void ExportFile::sync() const {
 void ExportFile::publish() {
   std::error_code error;
   std::filesystem::rename(partial_, path_, error);
+  const int unsynced = error ? 0 : syncName(path_);
+  is_published_ = !error;
+  if (unsynced != 0) error = std::error_code(unsynced, std::generic_category());
   if (error) throw BagError(path_ + ": cannot write the file: " + error.message());
-  is_published_ = true;
 }
 
 namespace {

@@ -29,7 +29,7 @@ class ExportFile {
   virtual void close() = 0;
 
   const std::string& path() const { return path_; }
-  /// Moves a closed file to path().
+  /// Moves a closed file to path(), and has the disk keep that, too.
   void publish();
 
  protected:

@@ -55,20 +55,27 @@ std::size_t Recorder::channelIndex(Channel channel) {
 
 void Recorder::offer(std::size_t channel_index, Stamp received, Bytes bytes,
                      std::optional<std::int64_t> steady_ns) {
-  using Want = RunningBehaviors::Want;
   const std::lock_guard<std::mutex> lock(mutex_);
   const Channel& channel = channels_.at(channel_index);
-  Message message;
-  message.received = stampOf(received, steady_ns);
-  message.sequence = next_sequence_++;
+  try {
+    const Stamp stamp = stampOf(received, steady_ns);
+    take(channel, {0, stamp, next_sequence_++, {}, std::move(bytes)});
+  } catch (const std::bad_alloc&) {
+    drop(channel.topic, clock_.last(), kNoMemory);
+  }
+}
+
+void Recorder::take(const Channel& channel, Message message) {
+  using Want = RunningBehaviors::Want;
   const Want want = running_.wants(channel.topic, message.received);
   if (want == Want::Yes) {
-    if (channel.latching) past_.push({&channel, message.received, message.sequence, true, bytes});
-    message.bytes = std::move(bytes);
+    if (channel.latching) {
+      past_.push({&channel, message.received, message.sequence, true, message.bytes});
+    }
     enqueue(channel, std::move(message));
   } else if (channel.latching || want == Want::No) {
     past_.push(
-        {&channel, message.received, message.sequence, want != Want::No, std::move(bytes)});
+        {&channel, message.received, message.sequence, want != Want::No, std::move(message.bytes)});
   }
 }
 
@@ -309,7 +316,7 @@ RecordedCounts Recorder::end(std::int64_t behavior_id, Stamp end, const Completi
       const std::lock_guard<std::mutex> row(rows_mutex_);
       store_.updateBehavior(behavior);
     });
-  } catch (const StoreError& error) {
+  } catch (const std::exception& error) {
     if (behavior.outcome.empty()) behavior.outcome = kIncomplete;
     behavior.remarks.push_back(error.what());
     lock.lock();
@@ -326,7 +333,7 @@ void Recorder::writeUnended() {
   for (Behavior& behavior : unended) {
     try {
       store_.updateBehavior(behavior);
-    } catch (const StoreError&) {
+    } catch (const std::exception&) {
       lock.lock();
       unended_.push_back(std::move(behavior));  // for the next time
       lock.unlock();

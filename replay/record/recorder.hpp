@@ -90,7 +90,7 @@ class Recorder {
   /// defective definition (mendDefinition()) is replaced; behaviors with the topic have a remark.
   std::size_t channelIndex(Channel channel);
   /// Takes a message; `received` is when it arrived, taken by the caller at once. Never waits for
-  /// the store.
+  /// the store. A message for which there is no memory counts as dropped.
   /// `steady_ns`: the steady clock then, unless ROS time is a simulation's.
   void offer(std::size_t channel_index, Stamp received, Bytes bytes,
              std::optional<std::int64_t> steady_ns = {});
@@ -129,6 +129,7 @@ class Recorder {
   std::optional<std::string> failure() const;
 
  private:
+  void take(const Channel& channel, Message message);
   Stamp stampOf(Stamp ros, std::optional<std::int64_t> steady_ns = {});
   void notice(const std::string& text);
   void enqueue(const Channel& channel, Message message);

@@ -1,5 +1,7 @@
 #include "replay/record/store_writer.hpp"
 
+#include <new>
+
 #include "replay/messages/field_edit.hpp"
 
 namespace afterglow::replay {
@@ -23,6 +25,15 @@ std::optional<Stamp> stampOf(const Schema& schema, const Bytes& bytes) {
   } catch (const MessageError&) {
     return std::nullopt;  // bytes that do not fit their type are evidence, too
   }
+}
+
+/// Also where there is no memory for its text.
+std::string reasonOf(const std::exception& error) {
+  try {
+    if (dynamic_cast<const std::bad_alloc*>(&error) == nullptr) return error.what();
+  } catch (const std::bad_alloc&) {
+  }
+  return kNoMemory;
 }
 
 }  // namespace
@@ -112,9 +123,10 @@ bool StoreWriter::push(QueuedMessage queued) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (failure_ || queued_bytes_ + queued.size > most_bytes_) return false;
   const bool was_half_full = isHalfFull();
-  queued_bytes_ += queued.size;
-  ++pushed_;
+  const std::size_t size = queued.size;
   queue_.push_back(std::move(queued));
+  queued_bytes_ += size;
+  ++pushed_;
   if (queue_.size() == 1 || isHalfFull() != was_half_full) to_writer_.notify_one();
   return true;
 }
@@ -155,21 +167,31 @@ void StoreWriter::run() {
     to_writer_.wait_for(lock, batch_period_,
                         [this] { return is_closing_ || is_flushing_ || isHalfFull(); });
     is_flushing_ = false;
-    std::deque<QueuedMessage> batch = std::exchange(queue_, {});
-    std::optional<std::string> failure = failure_;
+    queue_.swap(batch_);
     lock.unlock();
-    try {
-      if (!failure && !batch.empty()) write(batch);
-    } catch (const std::exception& error) {
-      failure = error.what();
-      fail(*failure);
-    }
-    on_written_(batch, failure);
+    writeBatch();
     lock.lock();
-    for (const QueuedMessage& queued : batch) queued_bytes_ -= queued.size;
-    done_ += batch.size();
+    for (const QueuedMessage& queued : batch_) queued_bytes_ -= queued.size;
+    done_ += batch_.size();
+    batch_.clear();
     from_writer_.notify_all();
     if (is_closing_ && queue_.empty()) return;
+  }
+}
+
+void StoreWriter::writeBatch() noexcept {
+  std::optional<std::string> reason;
+  try {
+    reason = failure();
+    if (!reason && !batch_.empty()) write(batch_);
+  } catch (const std::exception& error) {
+    reason = reasonOf(error);
+  }
+  try {
+    if (reason) fail(*reason);
+    on_written_(batch_, reason);
+  } catch (const std::bad_alloc&) {
+    fail(kNoMemory);  // counts are too low
   }
 }
 

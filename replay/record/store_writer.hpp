@@ -24,6 +24,9 @@
 
 namespace afterglow::replay {
 
+/// The reason where memory has ended; no longer than a text that needs none.
+constexpr const char* kNoMemory = "out of memory";
+
 /// A message on its way into the store, and what the writer found out about it.
 struct QueuedMessage {
   std::int64_t recording = 0;
@@ -107,6 +110,7 @@ class StoreWriter {
  private:
   bool isHalfFull() const { return queued_bytes_ > most_bytes_ / 2; }
   void run();
+  void writeBatch() noexcept;
   void write(std::deque<QueuedMessage>& batch);
 
   Store& store_;
@@ -119,6 +123,7 @@ class StoreWriter {
   mutable std::mutex mutex_;
   std::condition_variable to_writer_, from_writer_;
   std::deque<QueuedMessage> queue_;
+  std::deque<QueuedMessage> batch_;      ///< the thread's
   std::size_t queued_bytes_ = 0;         ///< bytes in the queue, and in the batch that is written
   std::uint64_t pushed_ = 0, done_ = 0;  ///< messages; done: written or given up
   bool is_flushing_ = false, is_closing_ = false;

@@ -46,8 +46,8 @@ class StoreImport {
     if (is_finished_) return;
     try {
       store_.dropRecording(recording_);
-    } catch (const StoreError&) {
-      // The store is what failed: dropUnfinished() will do it.
+    } catch (const std::exception&) {
+      // The store is what failed, or memory: dropUnfinished() will do it.
     }
   }
 

@@ -20,6 +20,7 @@
 #include "replay/bags/bag_reader.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
+#include "replay/record/recorder.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/message_definitions.hpp"
 #include "tests/support/store_samples.hpp"
@@ -161,6 +162,26 @@ TEST(AllocationFaults, ofAReadStoreAreErrorsAndItIsReadAgain) {
   expectErrorsOnly([&] { return written.store->messages(written.behavior, {}); },
                    [](const std::unique_ptr<MessageCursor>& cursor) { readAll(*cursor); },
                    [&](const auto&, bool) { EXPECT_EQ(written.count(), 10u); });
+}
+
+/// What the queue allocates is not for each message.
+TEST(AllocationFaults, ofOfferedMessagesCountAsDroppedAndTheBehaviorEnds) {
+  constexpr std::uint64_t kMessages = 12;
+  const auto store = openMemoryStore();
+  Recorder recorder(*store, RecorderOptions());
+  const auto channel = recorder.channelIndex(stringChannel("/a"));
+  const auto behavior = recorder.begin(sampleBehavior(0, {"/a"}, 1, 2)).id;
+  for (std::uint64_t i = 0; i < kMessages; ++i) {
+    Bytes bytes = stringBytes("text");
+    try {
+      const Shortage shortage(0);
+      recorder.offer(channel, {2 + static_cast<std::int64_t>(i)}, std::move(bytes));
+    } catch (const std::bad_alloc&) {  // there is none even for the reason
+    }
+  }
+  const auto counts = recorder.end(behavior, {100}, outcome("success"));
+  EXPECT_GT(recorder.load().dropped, 0u);
+  EXPECT_EQ(counts.stored + recorder.load().dropped, kMessages);
 }
 
 TEST(AllocationFaults, ofABagThatIsReadAreErrors) {

@@ -23,6 +23,17 @@ class SqliteParts : public testing::Test {
   std::int64_t number(const std::string& sql) { return connection_->integer(sql); }
 };
 
+TEST_F(SqliteParts, errorIsOneLineHoweverLongTheStatements) {
+  try {
+    connection_->execute("\nCREATE TABLE definitions (\n  id INTEGER);\nSELECT 1;");
+    FAIL() << "it is there";
+  } catch (const StoreError& error) {
+    EXPECT_STREQ(error.what(),
+                 "sqlite::memory:: cannot run \"CREATE TABLE definitions (\": "
+                 "table definitions already exists");
+  }
+}
+
 TEST_F(SqliteParts, recordingIsKnownByItsKeyAndItsChannels) {
   const Recording known = recordings_.all().at(0);
   EXPECT_EQ(recordings_.add(known), recording_);

@@ -105,6 +105,27 @@ TEST(StoreFile, refusesToReadWhatIsNotThere) {
   EXPECT_NE(openError(folder.path("empty.db"), OpenMode::ReadOnly), "");
 }
 
+TEST(StoreFile, isMadeAnewWhenThePowerWentAsItWasMade) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db"), journal = path + "-journal";
+  {
+    SqliteConnection connection(path, SqliteAccess::ReadWriteCreate);
+    connection.execute("PRAGMA cache_spill = 1; BEGIN; CREATE TABLE x (y);");
+    // The journal is hot: the cache, of two pages, has gone to the file before the end.
+    connection.execute(
+        "PRAGMA cache_size = 2; INSERT INTO x SELECT zeroblob(9000) FROM "
+        "(VALUES (1), (2), (3), (4));");
+    fs::copy_file(journal, folder.path("copy-journal"));
+  }
+  fs::rename(folder.path("copy-journal"), journal);
+  writeFile(path, std::string(32768, '\0'));  // the first sector is among what was lost
+  EXPECT_EQ(openError(path, OpenMode::ReadOnly),
+            "sqlite:" + path +
+                ": not an Afterglow store: the power went, or its program, as it was made");
+  EXPECT_EQ(openError(path, OpenMode::Record), "");
+  EXPECT_EQ(openError(path, OpenMode::ReadOnly), "");
+}
+
 TEST(StoreFile, saysWhereItCannotBeMade) {
   EXPECT_NE(openError("/proc/store.db", OpenMode::ReadWrite).find("sqlite:/proc/store.db: cannot"),
             std::string::npos);

@@ -122,7 +122,10 @@ void SqliteConnection::execute(const std::string& sql) {
   const int code = sqlite3_exec(connection_, sql.c_str(), nullptr, nullptr, nullptr);
   if (code != SQLITE_OK) {
     noteFailure(code);
-    fail("run \"" + sql.substr(0, 60) + "\"");
+    // Of many statements the first line: an error is one.
+    const std::size_t begin = std::min(sql.find_first_not_of('\n'), sql.size());
+    fail("run \"" + sql.substr(begin, std::min<std::size_t>(sql.find('\n', begin) - begin, 60)) +
+         "\"");
   }
 }
 
@@ -339,7 +342,7 @@ SqliteTransaction::~SqliteTransaction() {
   if (!is_open_ || !is_outermost_ || !connection_.isInTransaction()) return;
   try {
     connection_.execute("ROLLBACK");
-  } catch (const StoreError&) {
+  } catch (const std::exception&) {
     // The transaction ends with the connection, and nothing of it stays either way.
   }
 }

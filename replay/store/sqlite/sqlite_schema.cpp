@@ -109,6 +109,13 @@ FileHeader readHeader(const fs::path& file) {
   return header;
 }
 
+/// Reads the header of a file that is no database for the moment: a loss of power may leave any
+/// part of its first transaction, which the journal beside it takes back.
+FileHeader rolledBack(const fs::path& file) {
+  SqliteConnection(file.string(), SqliteAccess::ReadWriteCreate).integer("PRAGMA user_version");
+  return readHeader(file);
+}
+
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
   throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
 }
@@ -175,7 +182,11 @@ void checkFile(const std::string& path, OpenMode mode) {
     throw StoreError("sqlite:" + path + ": cannot open the store: the file is not to be read: " +
                      why);
   }
-  const FileHeader header = readHeader(file);
+  FileHeader header = readHeader(file);
+  if (!header.isSqlite() && fs::exists(path + "-journal", error)) {
+    if (mode == OpenMode::ReadOnly) refuse(path, "the power went, or its program, as it was made");
+    header = rolledBack(file);
+  }
   if (header.size == 0) {
     if (mode != OpenMode::ReadOnly) return;
     refuse(path, "the file is empty");

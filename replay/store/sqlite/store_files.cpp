@@ -142,10 +142,21 @@ void makePrivateFolder(const std::string& folder) {
     // Another process may make it meanwhile; "a/." is there with "a".
     const bool is_made = mkdir(at->c_str(), mode) == 0 && chmod(at->c_str(), mode) == 0;
     const int why = errno;
-    if (!is_made && !fs::is_directory(*at, error)) {
-      throw StoreError("cannot make the folder " + at->string() + ": " + std::strerror(why));
+    const int unsynced = is_made ? syncName(*at) : 0;
+    if (unsynced != 0 || (!is_made && !fs::is_directory(*at, error))) {
+      throw StoreError("cannot make the folder " + at->string() + ": " +
+                       std::strerror(is_made ? unsynced : why));
     }
   }
+}
+
+int syncName(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path();
+  const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const int why = fsync(file) == 0 || errno == EINVAL ? 0 : errno;
+  close(file);
+  return why;
 }
 
 std::string realFile(const std::string& path) {

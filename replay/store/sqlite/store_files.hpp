@@ -3,9 +3,10 @@
 /// object lives and gone with its process, however that ends; the locked files stay, and that they
 /// are there says nothing. Readers need no lock. Internal to replay/store.
 ///
-/// The permissions of a store and its locks. What a robot saw and said in somebody's home is
-/// its owner's: files are made 0600 and folders 0700, whatever the umask. $AFTERGLOW_STORE_ACCESS
-/// asks otherwise: "group" gives 0660 and 0770, "all" 0664 and 0775. What is there keeps its mode.
+/// The making of files and folders, and the permissions of a store and its locks. What a robot saw
+/// and said in somebody's home is its owner's: files are made 0600 and folders 0700, whatever the
+/// umask. $AFTERGLOW_STORE_ACCESS asks otherwise: "group" gives 0660 and 0770, "all" 0664 and 0775.
+/// What is there keeps its mode.
 #pragma once
 
 #include <cstdint>
@@ -58,9 +59,14 @@ class ImportLock {
 /// Returns true if the program of this import runs; takes no lock and writes nothing.
 bool isImporting(const std::string& store, std::int64_t recording);
 
-/// Makes a folder and those above it that are missing; an empty name is the current folder. Throws
-/// StoreError.
+/// Makes a folder and those above it that are missing, and has the disk keep them; an empty name is
+/// the current folder. Throws StoreError.
 void makePrivateFolder(const std::string& folder);
+
+/// Has the disk keep the name of a file that was made, renamed or removed, as fsync() of the file
+/// need not. Returns 0 or the reason, an errno; 0 also where the file system cannot do it, or the
+/// folder is not to be read.
+int syncName(const std::string& path);
 
 /// The file that a path leads to through symbolic links, also where it is not there yet; the path
 /// itself if it is no link.
