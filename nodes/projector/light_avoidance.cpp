@@ -15,6 +15,7 @@ const std::string kWayOut =
     "; nothing is lit, as nobody can tell what it would hit. Without it: take it out of 'avoid'";
 
 constexpr std::size_t kAvoidedQueue = 10;  // messages that wait for their transform
+constexpr std::size_t kMostColumns = 100'000;
 /// A column's points, meters apart: a share of their padding, so that there are no gaps.
 constexpr double kColumnShare = 1. / 3, kLeastColumnStep = 0.02;
 
@@ -41,16 +42,21 @@ LightAvoidance::LightAvoidance(const AvoidConfig& config, const tf2::BufferCore&
   for (const AvoidSource& source : config_.sources) {
     render::AvoidedPoints standing;
     standing.padding = static_cast<float>(source.padding);
-    sources_.push_back({{source.layer.topic, 1, limits}, "", std::nullopt, standing});
+    sources_.push_back(
+        {{source.layer.topic, 1, limits}, "", std::nullopt, standing, source.column});
   }
 }
 
 // ------------------------------------------------------------------------------------------ input
 
-std::string LightAvoidance::faultOf(const std_msgs::Header& header,
+std::string LightAvoidance::faultOf(const Source& source, const std_msgs::Header& header,
                                     const Converted<Content>& content, ros::Time now) const {
   if (!content.value) return content.reason;
   if (content.value->drawables.empty()) return "it sees nothing at all";
+  const auto& cloud = std::get<render::PointCloud>(content.value->drawables[0].shape);
+  if (source.column > 0 && cloud.points.size() > kMostColumns) {
+    return "it has more ranges than any range finder";
+  }
   const std::string fault = headerFault(header);
   if (!fault.empty()) return fault;
   if (header.stamp.isZero()) return "without a stamp, nobody can tell how old it is";
@@ -61,7 +67,7 @@ std::string LightAvoidance::faultOf(const std_msgs::Header& header,
 void LightAvoidance::take(Source& source, const std_msgs::Header& header,
                           Converted<Content> content, ros::Time now) {
   source.state.beginMessage();
-  source.last_fault = faultOf(header, content, now);
+  source.last_fault = faultOf(source, header, content, now);
   if (!source.last_fault.empty()) return source.state.drop(source.last_fault);
   if (!content.reason.empty()) source.state.remark(content.reason);
   content.value->frame = frameName(header.frame_id);
@@ -96,9 +102,9 @@ void LightAvoidance::place(std::size_t index, bool have_surfaces_changed) {
       render::standingPoints(cloud.points, seen[0].pose, surfaces_, config_.height);
   source.standing.points =
       render::foreignPoints(source.standing.points, seen[0].pose, linksAt(*stamp));
-  if (config.column <= 0) return;
+  if (source.column <= 0) return;
   source.standing.points =
-      render::standingColumns(source.standing.points, seen[0].pose, surfaces_, config.column,
+      render::standingColumns(source.standing.points, seen[0].pose, surfaces_, source.column,
                               std::max(kColumnShare * config.padding, kLeastColumnStep));
   source.standing.pose = {};
 }

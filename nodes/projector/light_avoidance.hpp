@@ -69,11 +69,12 @@ class LightAvoidance {
     std::string last_fault;
     std::optional<ros::Time> seen_at;  ///< stamp of the message whose points follow
     render::AvoidedPoints standing;    ///< with the configured padding
+    double column = 0;                 ///< AvoidSource::column
   };
   void take(Source& source, const std_msgs::Header& header, Converted<Content> content,
             ros::Time now);
-  std::string faultOf(const std_msgs::Header& header, const Converted<Content>& content,
-                      ros::Time now) const;
+  std::string faultOf(const Source& source, const std_msgs::Header& header,
+                      const Converted<Content>& content, ros::Time now) const;
   void place(std::size_t index, bool have_surfaces_changed);
   /// Returns the links where they were at a stamp, of those that tf still knows then.
   std::vector<render::AvoidedPoints> linksAt(ros::Time stamp);

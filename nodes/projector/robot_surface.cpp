@@ -48,9 +48,16 @@ RobotSurface::RobotSurface(const RobotModel& model, const replay::RobotNames& na
     const Carrier& carrier = carriers.at(visual.link);
     const Eigen::Isometry3f T_carrier_shape =
         (carrier.T_carrier_link * visual.T_link_shape).cast<float>();
+    if (!T_carrier_shape.matrix().allFinite()) {
+      throw std::runtime_error("link " + visual.link + ": its place is not finite");
+    }
     std::vector<Eigen::Vector3f>& points = parts[carrier.link].points.edit();
-    for (const Eigen::Vector3f& p : render::surfacePoints(visual.shape, kSpacing)) {
-      points.push_back(T_carrier_shape * p);
+    try {
+      for (const Eigen::Vector3f& p : render::surfacePoints(visual.shape, kSpacing)) {
+        points.push_back(T_carrier_shape * p);
+      }
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error("link " + visual.link + ": " + error.what());
     }
   }
   for (auto& [link, part] : parts) {
@@ -83,7 +90,13 @@ std::optional<RobotSurface> RobotSurfaceReader::read() {
   const replay::RobotNames names =
       replay::findRobotNames(name_space, robotParameter(name_space, "tf_prefix"), isKnown);
   const std::string root = names.frame(model_->rootLink());
-  if (isKnown(root)) return RobotSurface(*model_, names);
+  try {
+    if (isKnown(root)) return RobotSurface(*model_, names);
+  } catch (const std::runtime_error& error) {
+    model_.reset();
+    reason_ = description_ + ": " + error.what();
+    return std::nullopt;
+  }
   reason_ = "tf does not know the robot's '" + printable(root) + "' of parameter " + description_;
   return std::nullopt;
 }

@@ -29,7 +29,8 @@ class RobotSurface {
     render::SharedList<Eigen::Vector3f> points;
   };
 
-  /// Frames are called as `names` has them. A description without visible links has no part.
+  /// Frames are called as `names` has them. A description without visible links has no part. Throws
+  /// std::runtime_error naming a link that is not finite or too large.
   RobotSurface(const RobotModel& model, const replay::RobotNames& names);
 
   const std::vector<Part>& parts() const { return parts_; }

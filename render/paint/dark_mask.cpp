@@ -142,6 +142,11 @@ class TriangleSampler {
     const std::array<float, 3> edges = {(b - a).squaredNorm(), (c - b).squaredNorm(),
                                         (a - c).squaredNorm()};
     const auto longest = std::max_element(edges.begin(), edges.end()) - edges.begin();
+    const bool is_small =
+        a.allFinite() && edges[0] < kLargest && edges[1] < kLargest && edges[2] < kLargest;
+    if (!is_small || points.size() > kMostPoints) {
+      throw std::runtime_error("a shape that is not finite, or too large: not in meters?");
+    }
     if (!(edges[static_cast<std::size_t>(longest)] > square_longest_)) {
       for (const Eigen::Vector3f* p : {&a, &b, &c}) keep(*p);
       return;
@@ -157,6 +162,9 @@ class TriangleSampler {
   PointList points;
 
  private:
+  static constexpr float kLargest = 1e6f;  // square meters, of an edge's length
+  static constexpr std::size_t kMostPoints = 1'000'000;
+
   void keep(const Eigen::Vector3f& p) {
     const auto grain = [&](float x) {
       return static_cast<std::int32_t>(std::lround(x * per_grain_));

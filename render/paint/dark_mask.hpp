@@ -44,7 +44,8 @@ PointList standingColumns(const PointList& points, const Rigid<World, World>& po
 
 /// Returns points on a shape, in its own frame, so dense that none of its surface is farther than
 /// `spacing` meters from one. Throws std::invalid_argument for a shape that is no solid: solids are
-/// Cube, Sphere, Cylinder and MeshInstance.
+/// Cube, Sphere, Cylinder and MeshInstance; and std::runtime_error for one that is not finite or so
+/// large that a million points are not enough, as meshes in millimeters are.
 PointList surfacePoints(const Shape& shape, double spacing);
 
 /// Dark is every ray of the lens that comes nearer to an avoided point than its padding, and at

@@ -162,6 +162,22 @@ TEST_F(LightAvoidanceTest, makesPeopleOfTheLegsThatAScanSees) {
   EXPECT_NEAR(column[20].z(), 2, 1e-5);
 }
 
+TEST_F(LightAvoidanceTest, refusesAScanWithMoreRangesThanAnyRangeFinder) {
+  standStill();
+  AvoidConfig legs = config(true, false);
+  legs.sources[0].layer.type = LayerType::LaserScan;
+  legs.sources[0].column = 2;
+  LightAvoidance avoidance(legs, buffer, "map");
+  sensor_msgs::LaserScan scan;
+  scan.header.frame_id = "camera";
+  scan.header.stamp = at(0);
+  scan.range_max = 10;
+  scan.ranges.assign(100'001, 1);
+  avoidance.add(0, scan, at(0));
+  EXPECT_EQ(problem(avoidance, at(0)),
+            "projector: avoid: /cloud: it has more ranges than any range finder" + kWayOut);
+}
+
 TEST_F(LightAvoidanceTest, lightsNothingUntilItSeesAndSaysWhy) {
   LightAvoidance avoidance(config(true, false), buffer, "map");
   EXPECT_EQ(problem(avoidance, at(0)), "projector: avoid: /cloud: no message yet" + kWayOut);
@@ -286,6 +302,18 @@ TEST_F(LightAvoidanceTest, lightsNothingWhereALinkIsLost) {
   EXPECT_EQ(
       problem(avoidance, at(0.7)),
       "projector: avoid: the transform from 'arm' to 'projector' is stale: 0.7 s old" + kWayOut);
+}
+
+TEST_F(LightAvoidanceTest, refusesARobotThatIsNotInMeters) {
+  std::string large = kRobot;
+  large.replace(large.find("0.4 0.4 0.2"), 11, "400 400 200");
+  try {
+    RobotSurface(RobotModel::fromXml(large), {});
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(),
+                 "link base: a shape that is not finite, or too large: not in meters?");
+  }
 }
 
 TEST_F(LightAvoidanceTest, namesTheLinksOfOneOfSeveralRobots) {

@@ -274,6 +274,9 @@ TEST(SurfacePoints, areOfMeshesAndRefuseWhatIsNoSolid) {
   EXPECT_GT(points.size(), 60u);
   for (const Eigen::Vector3f& p : points) EXPECT_LE(p.x() + p.y(), 0.1001f);
   EXPECT_THROW(surfacePoints(Arrow(), 0.01), std::invalid_argument);
+  EXPECT_THROW(surfacePoints(Cube{{100, 100, 100}}, 0.01), std::runtime_error);  // millimeters
+  const float kInf = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(surfacePoints(Cube{{kInf, 1, 1}}, 0.01), std::runtime_error);
 }
 
 }  // namespace
