@@ -79,7 +79,8 @@ Ros2BridgeNode::Ros2BridgeNode(const Ros2BridgeOptions& options)
                    {[this] { wake(); },
                     [this](const auto& topic, const auto& policy) { tellMisfit(topic, policy); }}),
       types_(participant_, [this] { wake(); }),
-      actions_(participant_, types_, refusals_) {
+      actions_(participant_, types_, refusals_),
+      descriptions_(participant_, refusals_, [this] { wake(); }) {
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   mark_ = node_.advertise<std_msgs::String>(ros::this_node::getName() + kRos2BridgeMark, 1, true);
   std_msgs::String network;
@@ -135,6 +136,7 @@ void Ros2BridgeNode::askRos1() {
   try {
     ros1_ = master_.graph(deadlineIn(kMasterPatience));
     ros1_types_ = master_.topicTypes(deadlineIn(kMasterPatience));
+    descriptions_.set();
   } catch (const std::runtime_error& error) {  // what is connected goes on
     ROS_WARN_STREAM_THROTTLE(10, error.what());
   }
@@ -155,6 +157,7 @@ bool Ros2BridgeNode::look() {
   const std::vector<DdsEndpoint> all = participant_.endpoints();
   const bool has_nodes = std::any_of(all.begin(), all.end(), isOfNode);
   if (has_nodes) announce(all);
+  descriptions_.look(all);
   std::map<std::string, Sides> ros2;
   for (const DdsEndpoint& endpoint : all) {
     const auto topic = replay::topicOfDds(endpoint.topic);

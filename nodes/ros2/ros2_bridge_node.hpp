@@ -17,6 +17,7 @@
 
 #include "nodes/ros2/bridge_refusals.hpp"
 #include "nodes/ros2/dds.hpp"
+#include "nodes/ros2/robot_descriptions.hpp"
 #include "nodes/ros2/ros2_actions.hpp"
 #include "nodes/ros2/ros2_types.hpp"
 #include "nodes/ros2/topic_to_ros1.hpp"
@@ -87,6 +88,7 @@ class Ros2BridgeNode {
   std::map<std::string, std::unique_ptr<TopicToRos1>> to_ros1_;
   std::map<std::string, std::unique_ptr<TopicToRos2>> to_ros2_;
   Ros2Actions actions_;
+  RobotDescriptions descriptions_;
   ros::Publisher diagnostics_, mark_;
   ros::SteadyTimer timer_;
   bool was_alone_ = false;  ///< as it was said last
