@@ -1,8 +1,5 @@
 #include "nodes/ros2/action_to_ros1.hpp"
 
-#include <actionlib_msgs/GoalID.h>
-#include <actionlib_msgs/GoalStatusArray.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -17,26 +14,9 @@ using replay::ActionRelay;
 using replay::ActionService;
 using replay::ActionTopic;
 
-constexpr std::uint32_t kQueue = 50;
 constexpr int kDepth = 100;
 /// A server that runs answers a cancel within that.
 constexpr double kLastCancel_s = 0.5;
-
-const char* nameOf(ActionTopic topic) {
-  constexpr const char* kNames[] = {"goal", "cancel", "status", "feedback", "result"};
-  return kNames[static_cast<std::size_t>(topic)];
-}
-
-template <typename Ros>
-replay::Channel channelOf() {
-  namespace traits = ros::message_traits;
-  return {"",
-          traits::DataType<Ros>::value(),
-          traits::MD5Sum<Ros>::value(),
-          traits::Definition<Ros>::value(),
-          false,
-          ""};
-}
 
 /// A client's name in its requests is its writer, or its reader of replies. `own`: the writer of
 /// this process's only client of the service.
@@ -48,7 +28,7 @@ replay::RequestId requestId(const DdsGuid& client, std::int64_t number, const Dd
 
 ActionToRos1::ActionToRos1(DdsParticipant& participant, const replay::ActionType& type,
                            Options options)
-    : options_(std::move(options)), type_(type), relay_(type, outlets()) {
+    : options_(std::move(options)), type_(type), relay_(type, outlets()), ros1_(options_.action) {
   const std::string action = options_.action + "/_action/", ros2_type = options_.ros2_type;
   addService(participant, ActionService::SendGoal,
              replay::serviceNames(action + "send_goal", ros2_type + "_SendGoal"));
@@ -64,9 +44,9 @@ ActionToRos1::ActionToRos1(DdsParticipant& participant, const replay::ActionType
 }
 
 ActionToRos1::~ActionToRos1() {
-  subscribers_.clear();
+  ros1_.deafen();
   const auto is_told = std::make_shared<std::atomic<bool>>(false);
-  post([this, is_told](replay::Stamp now) {
+  ros1_.post([this, is_told](replay::Stamp now) {
     relay_.onBridgeEnds(now);
     *is_told = true;
   });
@@ -79,26 +59,13 @@ ActionRelay::Outlets ActionToRos1::outlets() {
     return request(service, cdr);
   };
   outlets.publish = [this](ActionTopic topic, const replay::Bytes& bytes) {
-    const auto publisher = publishers_.find(topic);
-    if (publisher != publishers_.end()) publisher->second.publish(RawMessage{bytes});
+    ros1_.publish(topic, bytes);
   };
   outlets.tell = [this](const std::string& problem) {
     ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << problem);
   };
   outlets.fresh_uuid = [] { return *replay::goalUuidOf(replay::newKey()); };
   return outlets;
-}
-
-void ActionToRos1::post(std::function<void(replay::Stamp now)> task, std::size_t most_waiting) {
-  const auto guarded = [this, task = std::move(task)] {
-    try {
-      task({static_cast<std::int64_t>(ros::Time::now().toNSec())});
-    } catch (const std::runtime_error& error) {  // of DDS, of ROS
-      ROS_WARN_STREAM_THROTTLE(1, options_.action << ": " << error.what());
-    }
-  };
-  const bool has_room = thread_.post(guarded, most_waiting);
-  if (!has_room) ROS_WARN_STREAM_THROTTLE(1, options_.action << ": more comes than can be carried");
 }
 
 // ----------------------------------------------------------------------------------- to ROS 2
@@ -117,7 +84,7 @@ void ActionToRos1::addService(DdsParticipant& participant, ActionService service
           --cancels_;
         }
         const auto id = requestId(reply.related.writer, reply.related.sequence, own);
-        post([this, service, id, cdr = std::move(reply.cdr)](replay::Stamp now) {
+        ros1_.post([this, service, id, cdr = std::move(reply.cdr)](replay::Stamp now) {
           relay_.onReply(service, id, cdr, now);
         });
       }));
@@ -135,7 +102,7 @@ void ActionToRos1::addService(DdsParticipant& participant, ActionService service
         const DdsGuid& reader = request.related.writer;
         const auto id = requestId(reader.isKnown() ? reader : request.identity.writer,
                                   request.identity.sequence, own);
-        post([this, service, id, cdr = std::move(request.cdr)](replay::Stamp now) {
+        ros1_.post([this, service, id, cdr = std::move(request.cdr)](replay::Stamp now) {
           relay_.onRequest(service, id, cdr, now);
         });
       }));
@@ -149,9 +116,9 @@ void ActionToRos1::addTopic(DdsParticipant& participant, const std::string& name
       participant, replay::ddsTopicName(name), replay::ddsTypeName(type), qos,
       [this, hear](DdsSample&& sample) {
         // Whatever floods the topics leaves room for goals and cancels.
-        post([this, hear,
-              cdr = std::move(sample.cdr)](replay::Stamp now) { (relay_.*hear)(cdr, now); },
-             kDepth);
+        ros1_.post([this, hear,
+                    cdr = std::move(sample.cdr)](replay::Stamp now) { (relay_.*hear)(cdr, now); },
+                   kDepth);
       }));
 }
 
@@ -175,54 +142,28 @@ bool ActionToRos1::isServed(const Service& service) const {
 // ----------------------------------------------------------------------------------- to ROS 1
 
 bool ActionToRos1::begin() {
-  if (!subscribers_.empty()) return true;
+  if (ros1_.isSubscribed()) return true;
   for (const auto& [name, service] : services_) {
     if (!isServed(service)) return false;
   }
-  const auto cancel = channelOf<actionlib_msgs::GoalID>();
-  post([this, cancel](replay::Stamp now) {
-    advertise(ActionTopic::Goal, type_.goal());
-    advertise(ActionTopic::Cancel, cancel);
-    advertise(ActionTopic::Feedback, type_.feedback());
-    advertise(ActionTopic::Result, type_.result());
-    advertise(ActionTopic::Status, channelOf<actionlib_msgs::GoalStatusArray>());
+  ros1_.post([this](replay::Stamp now) {
+    ros1_.advertise(ActionTopic::Goal, type_.goal());
+    ros1_.advertise(ActionTopic::Cancel, ActionOnRos1::cancel());
+    ros1_.advertise(ActionTopic::Feedback, type_.feedback());
+    ros1_.advertise(ActionTopic::Result, type_.result());
+    ros1_.advertise(ActionTopic::Status, ActionOnRos1::status());
     relay_.tick(now);
   });
-  subscribers_ = {subscribe(type_.goal(), ActionTopic::Goal),
-                  subscribe(cancel, ActionTopic::Cancel)};
-  timer_ = node_.createSteadyTimer(
-      ros::WallDuration(1.0 / ActionRelay::kTicksPerSecond),
-      [this](const auto&) { post([this](replay::Stamp now) { relay_.tick(now); }); });
+  ros1_.subscribe(ActionTopic::Goal, type_.goal(),
+                  [this](const auto& bytes, auto now) { relay_.onRos1Goal(bytes, now); });
+  ros1_.subscribe(ActionTopic::Cancel, ActionOnRos1::cancel(),
+                  [this](const auto& bytes, auto) { relay_.onRos1Cancel(bytes); });
+  ros1_.postTicks([this](replay::Stamp now) { relay_.tick(now); });
   return true;
 }
 
 void ActionToRos1::onServerGone() {
-  post([this](replay::Stamp now) { relay_.onServerGone(now); });
-}
-
-void ActionToRos1::advertise(ActionTopic topic, const replay::Channel& channel) {
-  ros::AdvertiseOptions options(options_.action + "/" + nameOf(topic), kQueue, channel.md5,
-                                channel.type, channel.definition);
-  options.latch = topic == ActionTopic::Status;  // as actionlib's
-  publishers_[topic] = node_.advertise(options);
-}
-
-ros::Subscriber ActionToRos1::subscribe(const replay::Channel& channel, ActionTopic topic) {
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const Event&>(
-      options_.action + "/" + nameOf(topic), kQueue,
-      [this, topic](const Event& event) { take(topic, event); });
-  options.md5sum = channel.md5;
-  options.datatype = channel.type;
-  options.transport_hints = ros::TransportHints().tcpNoDelay();
-  return node_.subscribe(options);
-}
-
-void ActionToRos1::take(ActionTopic topic, const Event& event) {
-  if (event.getPublisherName() == ros::this_node::getName()) return;  // from ROS 2
-  post([this, topic, bytes = event.getConstMessage()->bytes](replay::Stamp now) {
-    topic == ActionTopic::Goal ? relay_.onRos1Goal(bytes, now) : relay_.onRos1Cancel(bytes);
-  });
+  ros1_.post([this](replay::Stamp now) { relay_.onServerGone(now); });
 }
 
 }  // namespace afterglow::nodes

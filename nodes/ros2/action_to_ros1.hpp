@@ -2,8 +2,6 @@
 /// An action whose server is in ROS 2, on ROS 1.
 #pragma once
 
-#include <ros/ros.h>
-
 #include <atomic>
 #include <functional>
 #include <map>
@@ -11,9 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/conversion/typed_message.hpp"
+#include "nodes/ros2/action_on_ros1.hpp"
 #include "nodes/ros2/dds.hpp"
-#include "replay/clock/worker_thread.hpp"
 #include "replay/ros2/action_relay.hpp"
 
 namespace afterglow::nodes {
@@ -44,7 +41,6 @@ class ActionToRos1 {
   const DdsGuid& server() const { return options_.server; }
 
  private:
-  using Event = ros::MessageEvent<RawMessage>;
   struct Service {
     std::unique_ptr<DdsWriter> requests;
     const DdsReader* replies = nullptr;
@@ -59,26 +55,15 @@ class ActionToRos1 {
                 const DdsQos& qos,
                 void (replay::ActionRelay::*hear)(const replay::Bytes& cdr, replay::Stamp now));
   bool isServed(const Service& service) const;
-  void advertise(replay::ActionTopic topic, const replay::Channel& channel);
-  ros::Subscriber subscribe(const replay::Channel& channel, replay::ActionTopic topic);
-  void take(replay::ActionTopic topic, const Event& event);
-  /// Does it in the relay's thread, unless so many wait.
-  void post(std::function<void(replay::Stamp now)> task, std::size_t most_waiting = kMostWaiting);
-
-  static constexpr std::size_t kMostWaiting = 1000;
 
   const Options options_;
   const replay::ActionType type_;
-  replay::ActionRelay relay_;             ///< used in `thread_` alone
+  replay::ActionRelay relay_;             ///< used in the thread of `ros1_` alone
   std::atomic<bool> is_complete_{false};  ///< before that, nothing can be asked
   std::atomic<int> cancels_{0};           ///< cancels that wait for their replies
-  ros::NodeHandle node_;
-  std::map<replay::ActionTopic, ros::Publisher> publishers_;  ///< used in `thread_` alone
   std::map<replay::ActionService, Service> services_;
-  replay::TaskThread thread_{kMostWaiting};
-  std::vector<std::unique_ptr<DdsReader>> readers_;  ///< these and the next post to `thread_`
-  std::vector<ros::Subscriber> subscribers_;
-  ros::SteadyTimer timer_;
+  ActionOnRos1 ros1_;
+  std::vector<std::unique_ptr<DdsReader>> readers_;  ///< last: they post to `ros1_`
 };
 
 }  // namespace afterglow::nodes

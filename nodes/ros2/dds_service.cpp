@@ -46,12 +46,13 @@ DdsServiceServer::DdsServiceServer(DdsParticipant& participant, const replay::Se
                                    OnRequest on_request)
     : on_request_(std::move(on_request)),
       replies_(participant, names.reply_topic, names.reply_type, kServices),
-      requests_(participant, names.request_topic, names.request_type, kServices,
-                [this](DdsSample&& request) {
-                  SampleIdentity identity = request.identity;
-                  if (request.related.writer.isKnown()) identity.writer = request.related.writer;
-                  on_request_(identity, std::move(request.cdr));
-                }) {}
+      requests_(std::make_unique<DdsReader>(participant, names.request_topic, names.request_type,
+                                            kServices, [this](DdsSample&& request) {
+                                              SampleIdentity identity = request.identity;
+                                              if (request.related.writer.isKnown())
+                                                identity.writer = request.related.writer;
+                                              on_request_(identity, std::move(request.cdr));
+                                            })) {}
 
 void DdsServiceServer::reply(const SampleIdentity& request, const replay::Bytes& cdr) {
   const auto end = std::chrono::steady_clock::now() + kClientPatience;

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 
 #include "nodes/ros2/dds.hpp"
 
@@ -46,11 +47,13 @@ class DdsServiceServer {
 
   /// Waits a moment for a client that is not yet known to listen. Throws as DdsWriter.
   void reply(const SampleIdentity& request, const replay::Bytes& cdr);
+  /// Takes no request more. Waits for the call under way.
+  void deafen() { requests_.reset(); }
 
  private:
   const OnRequest on_request_;
   DdsWriter replies_;
-  DdsReader requests_;  ///< last: its thread uses the rest
+  std::unique_ptr<DdsReader> requests_;  ///< last: its thread uses the rest
 };
 
 }  // namespace afterglow::nodes

@@ -17,7 +17,10 @@ namespace {
 
 constexpr const char* kSendGoal = "/_action/send_goal";
 constexpr const char* kRequest = "_SendGoal_Request";
-/// ROS 1's subscribers get the last results by then.
+constexpr const char* kResult = "/result";
+/// A server of ROS 1 tells its status some times a second.
+constexpr auto kFirstStatus = std::chrono::seconds(5);
+/// Clients get the last results by then.
 constexpr auto kFarewell = std::chrono::seconds(2);
 
 std::string withoutEnd(const std::string& text, std::string_view end) {
@@ -65,54 +68,92 @@ const DdsEndpoint* endpointOf(const std::vector<DdsEndpoint>& all, const DdsEndp
   return found == all.end() ? nullptr : &*found;
 }
 
+/// Whether ROS 1 has a server of the action, by the master; not this bridge's.
+bool hasServer(const RosGraph& ros1, const std::string& action) {
+  return !ros1.otherPublishers(action + "/status").empty() &&
+         !ros1.otherPublishers(action + kResult).empty() &&
+         !ros1.otherSubscribers(action + "/goal").empty();
+}
+
 }  // namespace
 
 Ros2Actions::Ros2Actions(DdsParticipant& participant, Ros2Types& types, BridgeRefusals& refusals)
     : participant_(participant), types_(types), refusals_(refusals) {}
 
-bool Ros2Actions::look(const std::vector<DdsEndpoint>& all) {
-  servers_.clear();
-  for (const DdsEndpoint& endpoint : all) {
-    const auto service = replay::serviceOfDds(endpoint.topic);
-    if (endpoint.is_writer || !service || !replay::endsWith(*service, kSendGoal)) continue;
-    servers_[withoutEnd(*service, kSendGoal)].push_back(endpoint);
-  }
-  endUnlessThere();
+/// An action's type, as a server or a client of ROS 2 has it.
+struct Ros2Actions::Found {
+  std::string ros2_type;  ///< "test_msgs/action/Fibonacci"
+  replay::ActionType type;
+  DdsQos feedback;
+};
+
+bool Ros2Actions::look(const std::vector<DdsEndpoint>& all, const Ros1& ros1) {
+  sort(all, ros1);
+  endUnless(to_ros1_, [this](const std::string& name, const ActionToRos1& action) {
+    const auto there = servers_.find(name);
+    return there != servers_.end() &&
+           std::any_of(there->second.begin(), there->second.end(),
+                       [&](const auto& server) { return server.guid == action.server(); });
+  });
+  endUnless(to_ros2_, [&](const std::string& name, const ActionToRos2& action) {
+    const bool is_wanted =
+        wanted_.count(name) > 0 || (action.isBusy() && hasServer(ros1.graph, name));
+    return is_wanted && servers_.count(name) == 0 && !action.isServerGone();
+  });
   bool is_settled = true;
-  for (const auto& [action, endpoints] : servers_) {
-    try {
-      if (!serve(action, endpoints.front(), all)) is_settled = false;
-    } catch (const std::runtime_error& error) {  // of messages, of DDS, of ROS
-      refusals_.tell(action, error.what());
+  const auto serve = [&](const Endpoints& actions, const auto& serveOne) {
+    for (const auto& [action, endpoints] : actions) {
+      try {
+        if (!serveOne(action, endpoints.front())) is_settled = false;
+      } catch (const std::runtime_error& error) {  // of messages, of DDS, of ROS
+        refusals_.tell(action, error.what());
+      }
     }
-  }
+  };
+  serve(servers_,
+        [&](const auto& action, const auto& server) { return serveOnRos1(action, server, all); });
+  serve(wanted_, [&](const auto& action, const auto& client) {
+    return serveOnRos2(action, client, all, ros1);
+  });
   return is_settled;
 }
 
-void Ros2Actions::endUnlessThere() {
+void Ros2Actions::sort(const std::vector<DdsEndpoint>& all, const Ros1& ros1) {
+  servers_.clear();
+  wanted_.clear();
+  for (const DdsEndpoint& endpoint : all) {
+    const auto service = replay::serviceOfDds(endpoint.topic);
+    if (!service || !replay::endsWith(*service, kSendGoal)) continue;
+    const std::string action = withoutEnd(*service, kSendGoal);
+    if (!endpoint.is_writer) {
+      servers_[action].push_back(endpoint);
+    } else if (hasServer(ros1.graph, action)) {
+      wanted_[action].push_back(endpoint);
+    }
+  }
+  for (const auto& [action, endpoints] : servers_) wanted_.erase(action);
+}
+
+template <typename Action, typename IsThere>
+void Ros2Actions::endUnless(std::map<std::string, Served<Action>>& served,
+                            const IsThere& is_there) {
   const Time now = std::chrono::steady_clock::now();
-  for (auto served = served_.begin(); served != served_.end();) {
-    auto& [action, end] = served->second;
-    const auto there = servers_.find(served->first);
-    const bool is_there =
-        there != servers_.end() &&
-        std::any_of(there->second.begin(), there->second.end(),
-                    [&](const auto& server) { return server.guid == action->server(); });
-    if (!is_there && !end) {
+  for (auto one = served.begin(); one != served.end();) {
+    auto& [action, begin, end] = one->second;
+    if (!end && !is_there(one->first, *action)) {
       action->onServerGone();
       end = now + kFarewell;
     }
-    served = end && now >= *end ? served_.erase(served) : std::next(served);
+    one = end && now >= *end ? served.erase(one) : std::next(one);
   }
 }
 
-bool Ros2Actions::serve(const std::string& action, const DdsEndpoint& server,
-                        const std::vector<DdsEndpoint>& all) {
-  const auto served = served_.find(action);
-  if (served != served_.end()) return served->second.end || served->second.action->begin();
-  const auto request = replay::typeOfDds(server.type);
+std::optional<Ros2Actions::Found> Ros2Actions::find(const std::string& action,
+                                                    const DdsEndpoint& goals,
+                                                    const std::vector<DdsEndpoint>& all) {
+  const auto request = replay::typeOfDds(goals.type);
   if (!request || !replay::endsWith(*request, kRequest)) {
-    throw replay::MessageError("its goals' type is " + server.type + ", no action's");
+    throw replay::MessageError("its goals' type is " + goals.type + ", no action's");
   }
   const std::string type = withoutEnd(*request, kRequest);
   const std::string name = replay::ros1TypeName(type);
@@ -120,20 +161,56 @@ bool Ros2Actions::serve(const std::string& action, const DdsEndpoint& server,
   if (!definition) {
     throw replay::MessageError("no " + name + ".action is in the folders of AMENT_PREFIX_PATH");
   }
-  const DdsEndpoint* const feedback = endpointOf(all, server, "rt" + action + "/_action/feedback");
-  if (!feedback) return false;
+  const DdsEndpoint* const feedback = endpointOf(all, goals, "rt" + action + "/_action/feedback");
+  if (!feedback) return std::nullopt;
   const auto told = types_.find(type + "_FeedbackMessage", *feedback, all);
-  if (!told) return false;
+  if (!told) return std::nullopt;
   if (!told->empty()) definition->feedback = replay::actionFeedbackIn(*told, type);
-  const replay::ActionType converted(name, *definition, ros1Definition);
-  if (!converted.whyOwn().empty()) {
-    ROS_INFO_STREAM(action << " has the fields of ROS 2: " << converted.whyOwn());
+  return Found{type, {name, *definition, ros1Definition}, feedback->qos};
+}
+
+bool Ros2Actions::serveOnRos1(const std::string& action, const DdsEndpoint& server,
+                              const std::vector<DdsEndpoint>& all) {
+  const auto served = to_ros1_.find(action);
+  if (served != to_ros1_.end()) return served->second.end || served->second.action->begin();
+  const auto found = find(action, server, all);
+  if (!found) return false;
+  if (!found->type.whyOwn().empty()) {
+    ROS_INFO_STREAM(action << " has the fields of ROS 2: " << found->type.whyOwn());
   }
-  served_[action].action = std::make_unique<ActionToRos1>(
-      participant_, converted,
-      ActionToRos1::Options{action, type, server.guid, feedback->qos.is_reliable});
+  to_ros1_[action].action = std::make_unique<ActionToRos1>(
+      participant_, found->type,
+      ActionToRos1::Options{action, found->ros2_type, server.guid, found->feedback.is_reliable});
   refusals_.forget(action);
-  return served_[action].action->begin();
+  return to_ros1_[action].action->begin();
+}
+
+bool Ros2Actions::serveOnRos2(const std::string& action, const DdsEndpoint& client,
+                              const std::vector<DdsEndpoint>& all, const Ros1& ros1) {
+  const Time now = std::chrono::steady_clock::now();
+  const auto served = to_ros2_.find(action);
+  if (served != to_ros2_.end()) {
+    if (served->second.end) return true;
+    if (served->second.action->begin()) {
+      refusals_.forget(action);
+      return true;
+    }
+    if (now < served->second.begin + kFirstStatus) return false;
+    throw std::runtime_error(
+        "its server in ROS 1 is silent, or has other fields than ROS 2's definition");
+  }
+  const auto found = find(action, client, all);
+  if (!found) return false;
+  const auto told = ros1.types.find(action + kResult);
+  if (told != ros1.types.end() && told->second != found->type.result().type) {
+    throw std::runtime_error("its server in ROS 1 tells " + told->second +
+                             ", a client in ROS 2 wants " + found->type.result().type);
+  }
+  Served<ActionToRos2>& begun = to_ros2_[action];
+  begun.action =
+      std::make_unique<ActionToRos2>(participant_, found->type, action, found->ros2_type);
+  begun.begin = now;
+  return false;
 }
 
 }  // namespace afterglow::nodes

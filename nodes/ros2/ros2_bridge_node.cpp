@@ -175,7 +175,7 @@ bool Ros2BridgeNode::look() {
   is_alone_ = !has_nodes;
   eraseUnlessIn(to_ros2_, from_ros1);
   eraseUnlessIn(to_ros1_, from_ros2);
-  bool is_settled = actions_.look(all);
+  bool is_settled = actions_.look(all, {ros1_, ros1_types_});
   for (const auto& [topic, why] : refusals_.whys()) {
     const bool is_there = from_ros1.count(topic) > 0 || from_ros2.count(topic) > 0;
     if (!is_there && !actions_.has(topic)) refusals_.forget(topic);

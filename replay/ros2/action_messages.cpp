@@ -11,6 +11,9 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::string_view kHexDigits = "0123456789abcdef";
+const std::string kHeaderField = "Header header\n";
+/// The fields of actionlib_msgs/GoalStatus, those of its goal's id among them.
+const std::string kGoalStatus = "time stamp\nstring id\nuint8 status\nstring text\n";
 
 /// Writes a message of ROS 1.
 class MessageBytes {
@@ -37,10 +40,12 @@ class MessageBytes {
   MessageBytes& status(const ActionGoalStatus& status) {
     return goalId(status.goal).number(static_cast<std::uint8_t>(status.state)).text(status.text);
   }
-  MessageBytes& bytes(const Bytes& bytes) {
+  template <typename Container>
+  MessageBytes& bytes(const Container& bytes) {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
     return *this;
   }
+  MessageBytes& goalInfo(const GoalInfo& info) { return bytes(info.uuid).stamp(info.stamp); }
   Bytes take() { return std::move(bytes_); }
 
  private:
@@ -57,6 +62,25 @@ ActionGoalId readGoalId(WireReader& reader) {
   return {stamp, reader.string()};
 }
 
+ActionGoalStatus readStatus(WireReader& reader) {
+  ActionGoalStatus status;
+  status.goal = readGoalId(reader);
+  const auto state = reader.number<std::uint8_t>();
+  if (state > static_cast<std::uint8_t>(GoalState::Lost)) {
+    reader.fail("holds the status " + std::to_string(state) + ", none of actionlib's");
+  }
+  status.state = static_cast<GoalState>(state);
+  status.text = reader.string();
+  return status;
+}
+
+/// What is left of the message.
+Bytes restOf(WireReader& reader) {
+  const std::size_t left = reader.left();
+  const std::uint8_t* rest = reader.take(left);
+  return {rest, rest + left};
+}
+
 /// A message of ROS 2 whose fields have the same names and types in ROS 1's terms.
 CdrConversion plainConversion(const std::string& type, const std::string& definition) {
   const Schema schema = Schema::parse(type, definition);
@@ -65,7 +89,7 @@ CdrConversion plainConversion(const std::string& type, const std::string& defini
 
 const std::string kGoalInfo = "===\nMSG: action_msgs/GoalInfo\nuint8[16] goal_id\ntime stamp\n";
 
-const CdrConversion& goalReply() {
+const CdrConversion& goalReplyConversion() {
   static const auto kConversion =
       plainConversion("action_msgs/SendGoal_Response", "uint8 accepted\ntime stamp\n");
   return kConversion;
@@ -80,12 +104,12 @@ const CdrConversion& cancelRequestConversion() {
       plainConversion("action_msgs/CancelGoal_Request", "GoalInfo goal_info\n" + kGoalInfo);
   return kConversion;
 }
-const CdrConversion& cancelReply() {
+const CdrConversion& cancelReplyConversion() {
   static const auto kConversion = plainConversion(
       "action_msgs/CancelGoal_Response", "int8 return_code\nGoalInfo[] goals\n" + kGoalInfo);
   return kConversion;
 }
-const CdrConversion& statusList() {
+const CdrConversion& statusListConversion() {
   static const auto kConversion = plainConversion(
       "action_msgs/GoalStatusArray",
       "GoalStatus[] status_list\n===\nMSG: action_msgs/GoalStatus\nGoalInfo goal_info\n"
@@ -144,11 +168,26 @@ std::optional<GoalState> goalStateOf(std::int8_t ros2_status) {
   }
 }
 
-bool isFinal(GoalState state) {
-  return state == GoalState::Preempted || state == GoalState::Succeeded ||
-         state == GoalState::Aborted || state == GoalState::Rejected ||
-         state == GoalState::Recalled;
+std::int8_t ros2StatusOf(GoalState state) {
+  switch (state) {
+    case GoalState::Pending:
+      return 1;
+    case GoalState::Active:
+      return 2;
+    case GoalState::Preempting:
+    case GoalState::Recalling:
+      return 3;
+    case GoalState::Succeeded:
+      return 4;
+    case GoalState::Preempted:
+    case GoalState::Recalled:
+      return 5;
+    default:
+      return 6;
+  }
 }
+
+bool isFinal(GoalState state) { return ros2StatusOf(state) >= 4; }
 
 Bytes actionGoalMessage(Stamp now, const ActionGoal& goal) {
   return MessageBytes().header(now).goalId(goal.id).bytes(goal.goal).take();
@@ -156,16 +195,24 @@ Bytes actionGoalMessage(Stamp now, const ActionGoal& goal) {
 
 ActionGoal readActionGoal(const Bytes& ros1) {
   static const Schema kHead =
-      Schema::parse("actionlib_msgs/ActionGoal", "Header header\ntime stamp\nstring id\n");
+      Schema::parse("actionlib_msgs/ActionGoal", kHeaderField + "time stamp\nstring id\n");
   WireReader reader(kHead, ros1);
   reader.skipField(kHead.root().fields[0]);
   ActionGoalId id = readGoalId(reader);
-  const std::uint8_t* rest = reader.take(0);
-  return {std::move(id), Bytes(rest, rest + reader.left())};
+  return {std::move(id), restOf(reader)};
 }
 
 Bytes actionUpdateMessage(Stamp now, const ActionGoalStatus& status, const Bytes& part) {
   return MessageBytes().header(now).status(status).bytes(part).take();
+}
+
+std::pair<ActionGoalStatus, Bytes> readActionUpdate(const Bytes& ros1) {
+  static const Schema kHead =
+      Schema::parse("actionlib_msgs/ActionResult", kHeaderField + kGoalStatus);
+  WireReader reader(kHead, ros1);
+  reader.skipField(kHead.root().fields[0]);
+  ActionGoalStatus status = readStatus(reader);
+  return {std::move(status), restOf(reader)};
 }
 
 Bytes statusListMessage(Stamp now, const std::vector<ActionGoalStatus>& goals) {
@@ -173,6 +220,21 @@ Bytes statusListMessage(Stamp now, const std::vector<ActionGoalStatus>& goals) {
   message.header(now).number(static_cast<std::uint32_t>(goals.size()));
   for (const ActionGoalStatus& goal : goals) message.status(goal);
   return message.take();
+}
+
+std::vector<ActionGoalStatus> readStatusListMessage(const Bytes& ros1) {
+  static const Schema kSchema = Schema::parse(
+      "actionlib_msgs/GoalStatusArray",
+      kHeaderField + "GoalStatus[] status_list\n===\nMSG: actionlib_msgs/GoalStatus\n" +
+          kGoalStatus);
+  WireReader reader(kSchema, ros1);
+  reader.skipField(kSchema.root().fields[0]);
+  std::vector<ActionGoalStatus> goals;
+  for (std::size_t left = reader.count(kSchema.root().fields[1]); left > 0; --left) {
+    goals.push_back(readStatus(reader));
+  }
+  reader.finish();
+  return goals;
 }
 
 Bytes goalIdMessage(const ActionGoalId& id) { return MessageBytes().goalId(id).take(); }
@@ -185,31 +247,55 @@ ActionGoalId readGoalId(const Bytes& ros1) {
   return id;
 }
 
+Bytes goalReply(bool is_accepted, Stamp stamp) {
+  const auto accepted = static_cast<std::uint8_t>(is_accepted);
+  return goalReplyConversion().toRos2(MessageBytes().number(accepted).stamp(stamp).take());
+}
+
 bool readIsAccepted(const Bytes& send_goal_reply) {
-  return goalReply().toRos1(send_goal_reply).front() != 0;
+  return goalReplyConversion().toRos1(send_goal_reply).front() != 0;
 }
 
 Bytes resultRequest(const GoalUuid& uuid) {
   return resultRequestConversion().toRos2(Bytes(uuid.begin(), uuid.end()));
 }
 
+GoalUuid readResultRequest(const Bytes& cdr) {
+  GoalUuid uuid;
+  std::copy_n(resultRequestConversion().toRos1(cdr).data(), uuid.size(), uuid.begin());
+  return uuid;
+}
+
 Bytes cancelRequest(const GoalUuid& uuid) {
-  Bytes bytes(uuid.begin(), uuid.end());
-  bytes.resize(bytes.size() + 8);  // no stamp
-  return cancelRequestConversion().toRos2(bytes);
+  return cancelRequestConversion().toRos2(MessageBytes().goalInfo({uuid, {}}).take());
 }
 
 GoalInfo readCancelRequest(const Bytes& cdr) {
   return goalInfoAt(cancelRequestConversion().toRos1(cdr).data());
 }
 
-std::int8_t readCancelReply(const Bytes& cdr) {
-  return static_cast<std::int8_t>(cancelReply().toRos1(cdr).front());
+Bytes cancelReply(CancelCode code, const std::vector<GoalInfo>& canceling) {
+  MessageBytes message;
+  message.number(static_cast<std::int8_t>(code));
+  message.number(static_cast<std::uint32_t>(canceling.size()));
+  for (const GoalInfo& goal : canceling) message.goalInfo(goal);
+  return cancelReplyConversion().toRos2(message.take());
+}
+
+CancelCode readCancelReply(const Bytes& cdr) {
+  return static_cast<CancelCode>(cancelReplyConversion().toRos1(cdr).front());
+}
+
+Bytes statusList(const std::vector<Ros2GoalStatus>& goals) {
+  MessageBytes message;
+  message.number(static_cast<std::uint32_t>(goals.size()));
+  for (const Ros2GoalStatus& goal : goals) message.goalInfo(goal.goal).number(goal.status);
+  return statusListConversion().toRos2(message.take());
 }
 
 std::vector<Ros2GoalStatus> readStatusList(const Bytes& cdr) {
   constexpr std::size_t kEach = 25;
-  const Bytes bytes = statusList().toRos1(cdr);
+  const Bytes bytes = statusListConversion().toRos1(cdr);
   std::vector<Ros2GoalStatus> goals;
   for (std::size_t at = sizeof(std::uint32_t); at < bytes.size(); at += kEach) {
     goals.push_back({goalInfoAt(&bytes[at]), static_cast<std::int8_t>(bytes[at + kEach - 1])});

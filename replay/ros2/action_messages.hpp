@@ -9,11 +9,33 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
+
+/// An action's services in ROS 2, and its topics in ROS 1, of which ROS 2 has status and feedback.
+enum class ActionService { SendGoal, GetResult, CancelGoal };
+enum class ActionTopic { Goal, Cancel, Status, Feedback, Result };
+
+/// The relays of actions count time in ticks.
+constexpr int kActionTicksPerSecond = 5;
+/// As long as actionlib's servers keep what has ended in their status; so long may a result come
+/// after the status that ends its goal.
+constexpr int kEndedTicks = 5 * kActionTicksPerSecond;
+/// The longest that a server may take to accept or to reject a goal.
+constexpr int kPatienceTicks = 30 * kActionTicksPerSecond;
+
+/// The identity of a request in DDS: its writer, and its number there.
+struct RequestId {
+  std::array<std::uint8_t, 16> writer{};
+  std::int64_t number = 0;
+  friend bool operator==(const RequestId& a, const RequestId& b) {
+    return a.writer == b.writer && a.number == b.number;
+  }
+};
 
 /// The id of a goal in ROS 2.
 using GoalUuid = std::array<std::uint8_t, 16>;
@@ -35,12 +57,15 @@ enum class GoalState : std::uint8_t {
   Rejected,
   Preempting,
   Recalling,
-  Recalled
+  Recalled,
+  Lost
 };
 
 /// The state in ROS 1 of action_msgs/GoalStatus.status; empty for STATUS_UNKNOWN and for a number
 /// that is no state.
 std::optional<GoalState> goalStateOf(std::int8_t ros2_status);
+/// The other way round. ROS 2 has a rejection in the reply to a goal alone: a later one aborts it.
+std::int8_t ros2StatusOf(GoalState state);
 bool isFinal(GoalState state);
 
 /// actionlib_msgs/GoalID.
@@ -67,7 +92,9 @@ Bytes actionGoalMessage(Stamp now, const ActionGoal& goal);
 ActionGoal readActionGoal(const Bytes& ros1);
 /// The message of a result or feedback, whose own bytes are `part`.
 Bytes actionUpdateMessage(Stamp now, const ActionGoalStatus& status, const Bytes& part);
+std::pair<ActionGoalStatus, Bytes> readActionUpdate(const Bytes& ros1);
 Bytes statusListMessage(Stamp now, const std::vector<ActionGoalStatus>& goals);
+std::vector<ActionGoalStatus> readStatusListMessage(const Bytes& ros1);
 Bytes goalIdMessage(const ActionGoalId& id);
 ActionGoalId readGoalId(const Bytes& ros1);
 
@@ -83,12 +110,17 @@ struct Ros2GoalStatus {
 };
 
 // ROS 2's bytes. Reading throws MessageError.
+Bytes goalReply(bool is_accepted, Stamp stamp);
 bool readIsAccepted(const Bytes& send_goal_reply);
 Bytes resultRequest(const GoalUuid& uuid);
+GoalUuid readResultRequest(const Bytes& cdr);
 Bytes cancelRequest(const GoalUuid& uuid);
 GoalInfo readCancelRequest(const Bytes& cdr);
-/// action_msgs/CancelGoal's return code; 0: goals are canceled.
-std::int8_t readCancelReply(const Bytes& cdr);
+/// action_msgs/CancelGoal's return code.
+enum class CancelCode : std::int8_t { Canceling, Rejected, UnknownGoal, GoalHasEnded };
+Bytes cancelReply(CancelCode code, const std::vector<GoalInfo>& canceling);
+CancelCode readCancelReply(const Bytes& cdr);
+Bytes statusList(const std::vector<Ros2GoalStatus>& goals);
 std::vector<Ros2GoalStatus> readStatusList(const Bytes& cdr);
 
 }  // namespace afterglow::replay

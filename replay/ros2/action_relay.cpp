@@ -6,11 +6,6 @@
 namespace afterglow::replay {
 namespace {
 
-/// As long as actionlib's servers keep what has ended in their status; so long may a result come
-/// after the status that ends its goal.
-constexpr int kEndedTicks = 5 * ActionRelay::kTicksPerSecond;
-/// The longest that a server may take to accept or to reject a goal.
-constexpr int kPatienceTicks = 30 * ActionRelay::kTicksPerSecond;
 constexpr std::size_t kMostEarlyCancels = 256;
 
 }  // namespace
@@ -151,8 +146,8 @@ void ActionRelay::onReply(ActionService service, const RequestId& request, const
   if (service == ActionService::CancelGoal) {
     if (own_writers_[static_cast<std::size_t>(service)] != request.writer) return;
     return guarded("the reply to a cancel", [&] {
-      // 1: the server rejects it. It knows the goals no more, or they have ended: 2, 3.
-      if (readCancelReply(cdr) == 1) outlets_.tell("the server refuses to cancel a goal");
+      if (readCancelReply(cdr) != CancelCode::Rejected) return;
+      outlets_.tell("the server refuses to cancel a goal");
     });
   }
   const bool is_goal = service == ActionService::SendGoal;

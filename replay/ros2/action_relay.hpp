@@ -18,18 +18,6 @@
 
 namespace afterglow::replay {
 
-enum class ActionService { SendGoal, GetResult, CancelGoal };
-enum class ActionTopic { Goal, Cancel, Status, Feedback, Result };
-
-/// The identity of a request in DDS: its writer, and its number there.
-struct RequestId {
-  std::array<std::uint8_t, 16> writer{};
-  std::int64_t number = 0;
-  friend bool operator==(const RequestId& a, const RequestId& b) {
-    return a.writer == b.writer && a.number == b.number;
-  }
-};
-
 /// The server of an action for clients in ROS 1, and its client for the server in ROS 2; tells ROS
 /// 1 the goals and cancels of other clients in ROS 2, too. Asks the server for the result of every
 /// goal. Input that is no message of the action is told as a problem. Not for two threads at once.
@@ -61,8 +49,7 @@ class ActionRelay {
   /// Cancels and ends those of ROS 1: nobody could cancel them any more.
   void onBridgeEnds(Stamp now);
 
-  static constexpr int kTicksPerSecond = 5;
-  /// Publishes the status as actionlib's servers do; to be called so often in a second.
+  /// Publishes the status as actionlib's servers do; to be called kActionTicksPerSecond times.
   void tick(Stamp now);
 
  private:

@@ -88,6 +88,12 @@ Schema wholeSchema(const std::string& type, const PartKind& kind, const std::str
   return Schema::parse(type, kind.head + name + " " + kind.field + "\n" + section(name, text));
 }
 
+Bytes joined(const GoalUuid& uuid, const Bytes& part) {
+  Bytes whole(uuid.begin(), uuid.end());
+  whole.insert(whole.end(), part.begin(), part.end());
+  return whole;
+}
+
 std::pair<GoalUuid, Bytes> splitUuid(const Bytes& bytes) {
   GoalUuid uuid;
   const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(uuid.size());
@@ -212,17 +218,25 @@ ActionType::ActionType(const std::string& type, const ActionText& ros2, const Fi
     : parts_(ActionPlan(type, ros2).parts(ros1, why_own_)) {}
 
 Bytes ActionType::goalRequest(const GoalUuid& uuid, const Bytes& ros1) const {
-  Bytes whole(uuid.begin(), uuid.end());
-  whole.insert(whole.end(), ros1.begin(), ros1.end());
-  return parts_.goal.conversion.toRos2(whole);
+  return parts_.goal.conversion.toRos2(joined(uuid, ros1));
 }
 
 std::pair<GoalUuid, Bytes> ActionType::readGoalRequest(const Bytes& cdr) const {
   return splitUuid(parts_.goal.conversion.toRos1(cdr));
 }
 
+Bytes ActionType::feedbackMessage(const GoalUuid& uuid, const Bytes& ros1) const {
+  return parts_.feedback.conversion.toRos2(joined(uuid, ros1));
+}
+
 std::pair<GoalUuid, Bytes> ActionType::readFeedback(const Bytes& cdr) const {
   return splitUuid(parts_.feedback.conversion.toRos1(cdr));
+}
+
+Bytes ActionType::resultReply(std::int8_t status, const Bytes& ros1) const {
+  Bytes whole{static_cast<std::uint8_t>(status)};
+  whole.insert(whole.end(), ros1.begin(), ros1.end());
+  return parts_.result.conversion.toRos2(whole);
 }
 
 std::pair<std::int8_t, Bytes> ActionType::readResultReply(const Bytes& cdr) const {

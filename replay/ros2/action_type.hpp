@@ -48,8 +48,10 @@ class ActionType {
   // The bytes of ROS 1 are those of a goal, result or feedback itself. All throw MessageError.
   Bytes goalRequest(const GoalUuid& uuid, const Bytes& ros1) const;
   std::pair<GoalUuid, Bytes> readGoalRequest(const Bytes& cdr) const;
+  Bytes feedbackMessage(const GoalUuid& uuid, const Bytes& ros1) const;
   std::pair<GoalUuid, Bytes> readFeedback(const Bytes& cdr) const;
-  /// With action_msgs/GoalStatus.status.
+  // With action_msgs/GoalStatus.status.
+  Bytes resultReply(std::int8_t status, const Bytes& ros1) const;
   std::pair<std::int8_t, Bytes> readResultReply(const Bytes& cdr) const;
 
  private:

@@ -57,18 +57,20 @@ TEST_F(ActionTypeTest, readsAndWritesWhatRclpySerializes) {
             R"({"goal":{"order":7},"goal_id":{"id":"x","stamp":{"nsecs":3,"secs":0}},)"
             R"("header":{"frame_id":"","seq":0,"stamp":{"nsecs":2,"secs":1}}})");
 
-  const auto [status, result] =
-      type.readResultReply(test::bytesFromHex("000100000400000003000000000000000100000001000000"));
+  const Bytes reply = test::bytesFromHex("000100000400000003000000000000000100000001000000");
+  const auto [status, result] = type.readResultReply(reply);
   EXPECT_EQ(status, 4);
+  EXPECT_EQ(type.resultReply(status, result), reply);
   const ActionGoalStatus succeeded{{{3}, "x"}, GoalState::Succeeded, "done"};
   EXPECT_EQ(jsonOf(type.result(), actionUpdateMessage({4}, succeeded, result)),
             R"({"header":{"frame_id":"","seq":0,"stamp":{"nsecs":4,"secs":0}},)"
             R"("result":{"sequence":[0,1,1]},"status":{"goal_id":{"id":"x",)"
             R"("stamp":{"nsecs":3,"secs":0}},"status":3,"text":"done"}})");
 
-  const auto [of, feedback] =
-      type.readFeedback(test::bytesFromHex("00010000" + kUuidHex + "020000000000000001000000"));
+  const Bytes message = test::bytesFromHex("00010000" + kUuidHex + "020000000000000001000000");
+  const auto [of, feedback] = type.readFeedback(message);
   EXPECT_EQ(of, kUuid);
+  EXPECT_EQ(type.feedbackMessage(of, feedback), message);
   EXPECT_NE(jsonOf(type.feedback(), actionUpdateMessage({4}, succeeded, feedback))
                 .find(R"("feedback":{"sequence":[0,1]})"),
             std::string::npos);
@@ -76,16 +78,24 @@ TEST_F(ActionTypeTest, readsAndWritesWhatRclpySerializes) {
 }
 
 TEST(ActionMessages, areWhatRclpySerializes) {
-  EXPECT_TRUE(readIsAccepted(test::bytesFromHex("00010000010000000500000006000000")));
+  const Bytes accepted = test::bytesFromHex("00010000010000000500000006000000");
+  EXPECT_TRUE(readIsAccepted(accepted));
+  EXPECT_EQ(goalReply(true, Stamp::fromParts(5, 6)), accepted);
   EXPECT_FALSE(readIsAccepted(test::bytesFromHex("00010000000000000000000000000000")));
   EXPECT_EQ(resultRequest(kUuid), test::bytesFromHex("00010000" + kUuidHex));
+  EXPECT_EQ(readResultRequest(resultRequest(kUuid)), kUuid);
   EXPECT_EQ(cancelRequest(kUuid), test::bytesFromHex("00010000" + kUuidHex + "0000000000000000"));
   const std::string info = kUuidHex + "0500000006000000";
   const GoalInfo cancel = readCancelRequest(test::bytesFromHex("00010000" + info));
   EXPECT_EQ(cancel.uuid, kUuid);
   EXPECT_EQ(cancel.stamp, Stamp::fromParts(5, 6));
-  EXPECT_EQ(readCancelReply(test::bytesFromHex("000100000000000001000000" + info)), 0);
-  EXPECT_EQ(readCancelReply(test::bytesFromHex("000100000200000000000000")), 2);
+  const Bytes canceling = test::bytesFromHex("000100000000000001000000" + info);
+  EXPECT_EQ(readCancelReply(canceling), CancelCode::Canceling);
+  EXPECT_EQ(cancelReply(CancelCode::Canceling, {cancel}), canceling);
+  EXPECT_EQ(readCancelReply(test::bytesFromHex("000100000200000000000000")),
+            CancelCode::UnknownGoal);
+  const Bytes two = test::bytesFromHex("0001000002000000" + info + "02" + kUuidHex +
+                                       "0000000500000006000000" + "05");
   const auto list = readStatusList(
       test::bytesFromHex("0001000002000000" + info + "02" + kUuidHex + "007c07050000000600000005"));
   ASSERT_EQ(list.size(), 2u);
@@ -93,6 +103,27 @@ TEST(ActionMessages, areWhatRclpySerializes) {
   EXPECT_EQ(list[0].status, 2);
   EXPECT_EQ(list[1].goal.stamp, Stamp::fromParts(5, 6));
   EXPECT_EQ(list[1].status, 5);
+  EXPECT_EQ(statusList(list), two);
+}
+
+TEST(ActionMessages, ofRos1AreReadAsTheyWereWritten) {
+  const ActionGoalStatus active{{{3}, "x"}, GoalState::Active, "on its way"};
+  const auto list = readStatusListMessage(statusListMessage({4}, {active, {{{5}, "y"}, {}, ""}}));
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0].goal.stamp, Stamp{3});
+  EXPECT_EQ(list[0].state, GoalState::Active);
+  EXPECT_EQ(list[0].text, "on its way");
+  EXPECT_EQ(list[1].goal.id, "y");
+  const auto [status, part] = readActionUpdate(actionUpdateMessage({4}, active, {7, 8}));
+  EXPECT_EQ(status.goal.id, "x");
+  EXPECT_EQ(part, (Bytes{7, 8}));
+  Bytes strange = goalIdMessage({});  // as the status of a list without a head
+  strange.insert(strange.begin(), {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0});
+  strange.insert(strange.end(), {77, 0, 0, 0, 0});
+  EXPECT_NE(messageErrorOf([&] {
+              readStatusListMessage(strange);
+            }).find("holds the status 77, none of actionlib's"),
+            std::string::npos);
 }
 
 TEST(ActionMessages, refuseBytesThatAreNone) {
@@ -101,6 +132,8 @@ TEST(ActionMessages, refuseBytesThatAreNone) {
   EXPECT_NE(messageErrorOf([] { readIsAccepted({}); }), "");
   EXPECT_NE(messageErrorOf([] { readGoalId(Bytes{0, 0, 0, 0}); }), "");
   EXPECT_NE(messageErrorOf([] { readActionGoal(Bytes(24, 0xff)); }), "");
+  EXPECT_NE(messageErrorOf([] { readActionUpdate(Bytes(24, 0xff)); }), "");
+  EXPECT_NE(messageErrorOf([] { readStatusListMessage(Bytes(24, 0xff)); }), "");
 }
 
 TEST(ActionMessages, nameAGoalByItsUuidAndBack) {
