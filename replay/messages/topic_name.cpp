@@ -128,10 +128,11 @@ RobotNames findRobotNames(const std::string& name_space, const std::string& said
   const auto knows = [&](const std::string& prefix) {
     return is_known(below(prefix, "base_link")) || is_known(below(prefix, "base_footprint"));
   };
-  for (const std::string& prefix : {bareName(said), name, name + "_tf"}) {
+  const std::string asked = bareName(cleanNamespace(said));
+  for (const std::string& prefix : {asked, name, name + "_tf"}) {
     if (!prefix.empty() && prefix != "_tf" && knows(prefix)) return {name_space, prefix};
   }
-  return {name_space, knows("") ? "" : bareName(said)};
+  return {name_space, knows("") ? "" : asked};
 }
 
 std::string RobotRenaming::topic(const std::string& name) const {
@@ -151,7 +152,7 @@ std::string RobotRenaming::frame(const std::string& name) const {
 
 RobotRenaming renamingTo(const RobotNames& recorded, const std::string& name_space,
                          const std::string& said) {
-  RobotRenaming renaming{recorded, {name_space, bareName(said)}};
+  RobotRenaming renaming{recorded, {name_space, bareName(cleanNamespace(said))}};
   std::string& prefix = renaming.live.frame_prefix;
   const std::string then = bareName(recorded.name_space), now = bareName(name_space);
   if (then == now) {

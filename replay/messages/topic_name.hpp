@@ -86,8 +86,8 @@ std::string bareName(const std::string& name);
 std::string cleanNamespace(const std::string& text);
 
 /// The robot in that namespace: its prefix is the first that tf knows of `said` (ROS's parameter
-/// tf_prefix; may be empty), the namespace's name and that with "_tf" behind it. If tf knows
-/// neither these nor the frames without one, it is `said`.
+/// tf_prefix; may be empty, slashes around it do not count), the namespace's name and that with
+/// "_tf" behind it. If tf knows neither these nor the frames without one, it is `said`.
 RobotNames findRobotNames(const std::string& name_space, const std::string& said,
                           const std::function<bool(const std::string& frame)>& is_known);
 

@@ -77,8 +77,12 @@ std::optional<std::string> typeOfDds(const std::string& dds_type) {
     return std::nullopt;
   }
   const std::size_t name = between + kBetween.size();
-  return dds_type.substr(0, first) + "/" + dds_type.substr(first + 2, between - first - 2) + "/" +
-         dds_type.substr(name, dds_type.size() - 1 - name);
+  const std::string type = dds_type.substr(0, first) + "/" +
+                           dds_type.substr(first + 2, between - first - 2) + "/" +
+                           dds_type.substr(name, dds_type.size() - 1 - name);
+  // Also so that it is no other type's name, which slashes and colons in its parts could make it.
+  if (ddsTypeName(type) != dds_type) return std::nullopt;
+  return type;
 }
 
 ServiceNames serviceNames(const std::string& service, const std::string& type) {

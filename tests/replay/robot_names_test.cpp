@@ -56,6 +56,12 @@ TEST(RobotNames, thePrefixIsTheOneThatTfKnows) {
   EXPECT_EQ(found("", "", {"base_link"}), RobotNames());
 }
 
+TEST(RobotNames, thePrefixIsWithoutSlashesAroundIt) {
+  EXPECT_EQ(found("/robot1", "//first/", {}).frame("base_link"), "first/base_link");
+  EXPECT_EQ(renamingTo({"/robot1", "robot1"}, "/robot2", "second/").frame("robot1/odom"),
+            "second/odom");
+}
+
 TEST(RobotRenaming, bringsARecordedRobotsTopicsAndFramesToAnotherRobots) {
   const RobotRenaming to = renamingTo({"/robot1", "robot1_tf"}, "/robot2", "");
   EXPECT_EQ(to.topic("/robot1/arm_controller/command"), "/robot2/arm_controller/command");

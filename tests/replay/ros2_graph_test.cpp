@@ -36,8 +36,8 @@ TEST(Ros2Graph, namesTopicsAndTypesAsRmwDoes) {
   EXPECT_EQ(topicOfDds("ros_discovery_info"), std::nullopt);
   EXPECT_EQ(ddsTypeName("geometry_msgs/msg/Twist"), "geometry_msgs::msg::dds_::Twist_");
   EXPECT_EQ(typeOfDds("geometry_msgs::msg::dds_::Twist_"), "geometry_msgs/msg/Twist");
-  for (const char* other :
-       {"HelloWorld", "a::b", "dds_::x_", "::dds_::x_", "a::msg::dds_::B", ""}) {
+  for (const char* other : {"HelloWorld", "a::b", "dds_::x_", "::dds_::x_", "a::msg::dds_::B",
+                            "a/b::msg::dds_::T_", ""}) {
     EXPECT_EQ(typeOfDds(other), std::nullopt) << other;
   }
 }
