@@ -93,7 +93,8 @@ void requireRobot() {
   const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
   const bool is_script = source.extension() == ".py";
   const fs::path program = is_script ? source : programs / ("example_" + source.stem().string());
-  std::cout << "running " << source.string() << std::endl;
+  std::cout << "running " << source.string() << "; then: afterglow show last "
+            << source.stem().string() << std::endl;
   ::execl(program.c_str(), program.c_str(), nullptr);
   throw std::runtime_error("cannot start " + program.string() + ": " + std::strerror(errno));
 }
