@@ -2,7 +2,7 @@
 
 import {get} from './api.js';
 import {button, element, put, refill, table} from './dom.js';
-import {andMore, count, duration, folded, localTime, plain} from './format.js';
+import {andMore, count, duration, folded, foxglove, localTime, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
 import {KeyMoments, noPictures, Pictures} from './pictures.js';
@@ -100,14 +100,33 @@ export class BehaviorView {
   }
 
   actions(one) {
-    const {hasRobot} = this.shell;
-    return element('div', {class: 'actions'},
-      hasRobot && element('a', {class: 'button main-action', href: this.route.to('replay', [one.id])}, 'Replay…'),
-      button('Copy link', () => this.copyLink(), {title: 'A link to this moment'}),
-      button('Compare with…', () => this.shell.chooseFor(one), {id: 'compare'}),
-      element('a', {class: 'button', href: `/api/behaviors/${one.id}/file`,
-        download: `behavior_${one.id}.html`, title: 'One file with story and pictures, to mail to somebody'},
-      'Share as a file'));
+    const {hasRobot, needsToken} = this.shell;
+    const here = () => foxglove(`behavior/${one.id}?t=${this.moment.seconds.toFixed(2)}`);
+    return element(
+        'div', {class: 'actions'},
+        hasRobot &&
+            element(
+                'a', {class: 'button main-action', href: this.route.to('replay', [one.id])},
+                'Replay…'),
+        button('Copy link', () => this.copyLink(), {title: 'A link to this moment'}),
+        button('Compare with…', () => this.shell.chooseFor(one), {id: 'compare'}),
+        element(
+            'a', {
+              class: 'button',
+              href: `/api/behaviors/${one.id}/file`,
+              download: `behavior_${one.id}.html`,
+              title: 'One file with story and pictures, to mail to somebody'
+            },
+            'Share as a file'),
+        !needsToken &&
+            element(
+                'a', {
+                  class: 'button',
+                  href: here(),
+                  title: 'Open it in Foxglove, at this moment',
+                  on: {click: ({currentTarget}) => currentTarget.setAttribute('href', here())}
+                },
+                'Foxglove'));
   }
 
   /** Browsers give the clipboard only to pages that are encrypted, or of this machine. */

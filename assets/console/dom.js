@@ -10,7 +10,7 @@ function fill(made, properties, children) {
     if (value === undefined || value === null || value === false) continue;
     if (name === 'on') {
       for (const [event, listener] of Object.entries(value)) made.addEventListener(event, listener);
-    } else if (name === 'href' && !/^#|^\/api\//.test(value)) {
+    } else if (name === 'href' && !/^#|^\/api\/|^foxglove:\/\/open\?/.test(value)) {
       throw new Error(`not a link of this page: ${value}`);
     } else {
       made.setAttribute(name, value === true ? '' : value);

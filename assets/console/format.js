@@ -42,6 +42,14 @@ export function offset(seconds) {
   return `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(1).padStart(4, '0')}`;
 }
 
+/**
+ * A link that opens Foxglove's desktop program on a WebSocket of this server: "behavior/12?t=3".
+ */
+export function foxglove(path) {
+  const socket = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/${path}`;
+  return `foxglove://open?ds=foxglove-websocket&ds.url=${encodeURIComponent(socket)}`;
+}
+
 /** "1,234 messages", "1 message". */
 export function count(number, noun) {
   return `${Number(number).toLocaleString('en-US')} ${noun}${Number(number) === 1 ? '' : 's'}`;

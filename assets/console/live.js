@@ -2,6 +2,7 @@
 
 import {post} from './api.js';
 import {button, element, put, refill, table} from './dom.js';
+import {foxglove} from './format.js';
 import {LiveImage} from './live_image.js';
 
 const LEVELS = ['fine', 'careful', 'wrong', 'silent'];
@@ -24,6 +25,12 @@ export class LiveView {
     this.layers = element('div', {});
     this.diagnostics = element('ul', {class: 'diagnostics'});
     this.recorder = element('p', {});
+    if (!shell.needsToken) {
+      put(this.place,
+          element(
+              'p', {}, element('a', {href: foxglove('')}, 'Open in Foxglove'),
+              element('span', {class: 'soft'}, ': what is published now')));
+    }
     put(this.place, element('div', {class: 'columns'},
       element('section', {}, element('h2', {}, 'Projector'), this.image.place, this.light, this.layers),
       element('div', {}, element('section', {}, element('h2', {}, 'Diagnostics'), this.diagnostics),

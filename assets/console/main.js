@@ -34,6 +34,7 @@ class Shell {
     this.shown = '';
     this.counts = '';
     this.whyNoPictures = '';
+    this.needsToken = true;
     this.route.onChange((now) => this.follow(now));
     connection.onChange((state) => this.reached(state));
     at('skip').addEventListener('click', () => at('view').focus());
@@ -76,6 +77,7 @@ class Shell {
   about(about) {
     this.counts = JSON.stringify(about.names);
     this.whyNoPictures = about.can_render === false ? about.why_no_render || 'it cannot' : '';
+    this.needsToken = about.needs_token !== false;
     if (about.problem) this.notice.warn(about.problem);
     const today = new Date();
     refill(at('store'), element('bdi', {dir: 'ltr'}, about.store));

@@ -32,6 +32,7 @@ class ConsoleAccess {
   ConsoleAccess(std::string token, std::vector<std::string> hosts,
                 std::vector<std::string> origins = {});
 
+  bool needsToken() const { return !token_.empty(); }
   /// Nothing: the request may go on. Else 400, 401, 403 or 415.
   std::optional<HttpResponse> refusal(const HttpRequest& request) const;
   /// Likewise for a WebSocket, which browsers open for pages of any site: a page has to be of this

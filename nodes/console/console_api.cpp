@@ -196,6 +196,7 @@ HttpResponse ConsoleApi::about() const {
                        {"store", facts_.store},
                        {"problem", index_.problem()},
                        {"has_robot", robot_ != nullptr},
+                       {"needs_token", access_.needsToken()},
                        {"can_render", facts_.why_no_render.empty()},
                        {"why_no_render", facts_.why_no_render},
                        {"now", stampText(replay::wallNow())},

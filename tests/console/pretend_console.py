@@ -217,7 +217,7 @@ class Handler(BaseHTTPRequestHandler):
             names = {}
             for one in every:
                 names[one["name"]] = names.get(one["name"], 0) + 1
-            return 200, {"version": "1.0", "store": "sqlite:kitting.db", "has_robot": True, "can_render": not self.server.why_no_render,
+            return 200, {"version": "1.0", "store": "sqlite:kitting.db", "has_robot": True, "needs_token": False, "can_render": not self.server.why_no_render,
                          "why_no_render": self.server.why_no_render, "names": names}
         if parts == ["report"]:
             report = self.server.robot.report
