@@ -17,8 +17,6 @@ constexpr double kLeastTurn = 1e-6;
 
 constexpr int kMostLinks = 100;
 
-/// Velocity is measured over this much of the past, where tf has it.
-constexpr std::int64_t kVelocityBaseNs = 50'000'000;
 /// Farther ahead of the newest transform than this, velocity cannot be taken for constant.
 constexpr std::int64_t kFarthestAheadNs = 500'000'000;
 
@@ -124,6 +122,15 @@ std::optional<Eigen::Isometry3d> FrameLookup::predicted(const std::string& frame
   }
   return newest.T_fixed_frame * later->T_fixed_frame.inverse() *
          extrapolate(*earlier, *later, std::min(when_ns, farthest_ns));
+}
+
+bool FrameLookup::isCarried(const std::string& frame, const std::string& carrier) const {
+  std::string parent;
+  std::string child = frame;
+  for (int i = 0; i < kMostLinks && child != carrier; ++i, child = parent) {
+    if (!buffer_._getParent(child, ros::Time(0), parent)) return false;
+  }
+  return child == carrier;
 }
 
 /// Looks both ways up from the frames; a static link has no age.

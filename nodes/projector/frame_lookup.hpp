@@ -17,6 +17,8 @@ namespace afterglow::nodes {
 
 /// If the newest transform of a frame is older than this, it is stale: the frame may have moved.
 constexpr std::int64_t kStalePoseNs = 2'000'000'000;
+/// Velocity is measured over this much of the past, where tf has it.
+constexpr std::int64_t kVelocityBaseNs = 50'000'000;
 
 /// A pose at a time.
 struct StampedPose {
@@ -45,6 +47,8 @@ class FrameLookup {
   /// robot. Empty: it moves, and that is too long after the newest pose.
   std::optional<Eigen::Isometry3d> predicted(const std::string& frame, const StampedPose& newest,
                                              std::int64_t when_ns, const std::string& smooth);
+  /// Returns true if the frame is below `carrier` in tf's tree, or is it.
+  bool isCarried(const std::string& frame, const std::string& carrier) const;
   /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
   /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);

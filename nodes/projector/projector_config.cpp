@@ -21,7 +21,7 @@ class ConfigReader {
   ProjectorConfig read() {
     const YamlMap root(file_, loadYaml(file_), "the configuration",
                        {"fixed_frame", "projector", "projectors", "surfaces", "layers",
-                        "mesh_roots", "watch", "avoid"});
+                        "mesh_roots", "watch", "avoid", "base"});
     config_.fixed_frame = readFrame(root, "fixed_frame");
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
@@ -37,6 +37,7 @@ class ConfigReader {
       config_.avoid =
           readAvoidConfig(map(root.at("avoid"), "'avoid'", kAvoidKeys), !config_.surfaces.empty());
     }
+    if (root.has("base")) config_.base = readBaseConfig(map(root.at("base"), "'base'", kBaseKeys));
     return std::move(config_);
   }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nodes/projector/avoid_config.hpp"
+#include "nodes/projector/commanded_motion.hpp"
 #include "nodes/projector/layer_config.hpp"
 #include "nodes/projector/output_config.hpp"
 #include "nodes/projector/surface_config.hpp"
@@ -26,6 +27,7 @@ struct ProjectorConfig {
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)
   std::optional<WatchConfig> watch;     ///< projector_node's drift watch
   std::optional<AvoidConfig> avoid;     ///< what projector_node's light keeps off
+  std::optional<BaseConfig> base;       ///< what carries projectors, and is commanded
 };
 
 /// `camera_info` is relative to `calibration_folder`, or, if that is empty, to the file's own

@@ -161,6 +161,16 @@ void ProjectorNode::subscribeAll() {
       subscribers_.push_back(subscribeLayer<typename decltype(tag)::Type>(i, layers[i].topic));
     });
   }
+  if (const std::optional<BaseConfig>& base = scene_.config().base) {
+    const boost::function<void(const geometry_msgs::Twist::ConstPtr&)> take =
+        [this](const geometry_msgs::Twist::ConstPtr& command) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          scene_.addCommand(*command, timeInOrder());
+        };
+    command_subscriber_ = own_.subscribe<geometry_msgs::Twist>(base->command_topic, kMarkerQueue,
+                                                               take, ros::VoidConstPtr(),
+                                                               ros::TransportHints().tcpNoDelay());
+  }
   // Behind all of the first: subscribers_[i] is of layer i.
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const std::string topic = layers[i].secondTopic();

@@ -124,6 +124,7 @@ class ProjectorNode {
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::Subscriber> avoided_subscribers_;  ///< by source of 'avoid'
   std::unique_ptr<RobotSurfaceReader> robot_reader_;  ///< where light avoids the robot
+  ros::Subscriber command_subscriber_;   ///< of the base, where it is configured
   std::unique_ptr<DriftMonitor> watch_;  ///< watch, where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
   ros::Publisher surfaces_publisher_;

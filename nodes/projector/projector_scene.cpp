@@ -56,6 +56,12 @@ constexpr double kLeastViewerHeight = 0.01;
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
 
+ros::Time stampOf(std::int64_t ns) {
+  ros::Time stamp;
+  stamp.fromNSec(static_cast<std::uint64_t>(ns));
+  return stamp;
+}
+
 LayerState makeLayer(const LayerConfig& config) {
   const bool several = config.type == LayerType::Marker || config.type == LayerType::MarkerArray ||
                        config.type == LayerType::PolygonArray;
@@ -77,6 +83,7 @@ ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& bu
       reading_(reading),
       offsets_(config_.projectors.size()) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
+  if (config_.base) commanded_.emplace(*config_.base);
 }
 
 void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
@@ -267,6 +274,10 @@ void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
   layers_[layer].drop(reason);
 }
 
+void ProjectorScene::addCommand(const geometry_msgs::Twist& command, ros::Time now) {
+  if (commanded_) commanded_->add(command, toNs(now));
+}
+
 // ----------------------------------------------------------------------------------------- frames
 
 void ProjectorScene::update(ros::Time now) {
@@ -285,6 +296,7 @@ void ProjectorScene::clear() {
     memory_[i] = {};
   }
   offsets_.assign(offsets_.size(), {});
+  if (commanded_) commanded_->clear();
 }
 
 void ProjectorScene::takeSurface(std::size_t surface, const Finding& finding) {
@@ -383,7 +395,23 @@ std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
                        config_.fixed_frame + "' is too old to say where to");
     return std::nullopt;
   }
-  return Rigid<World, Projector>(*T_fixed_projector).inverse();
+  return Rigid<World, Projector>(*T_fixed_projector *
+                                 commandedDeparture(config.frame, *newest, light_ns))
+      .inverse();
+}
+
+Eigen::Isometry3d ProjectorScene::commandedDeparture(const std::string& frame,
+                                                     const StampedPose& newest,
+                                                     std::int64_t when_ns) {
+  const Eigen::Isometry3d none = Eigen::Isometry3d::Identity();
+  if (!commanded_ || newest.stamp_ns <= kVelocityBaseNs) return none;
+  if (!frames_.isCarried(frame, commanded_->config().frame)) return none;
+  const auto T_fixed_base = frames_.at(commanded_->config().frame, stampOf(newest.stamp_ns));
+  if (!T_fixed_base) return none;
+  const Eigen::Isometry3d T_frame_base = newest.T_fixed_frame.inverse() * *T_fixed_base;
+  return T_frame_base *
+         commanded_->departure(newest.stamp_ns - kVelocityBaseNs, newest.stamp_ns, when_ns) *
+         T_frame_base.inverse();
 }
 
 void ProjectorScene::noteLight(std::size_t projector, ros::Time shown,

@@ -92,6 +92,8 @@ class ProjectorScene {
   void add(std::size_t layer, const map_msgs::OccupancyGridUpdate& message, ros::Time now);
   void add(std::size_t layer, const sensor_msgs::Image& message, ros::Time now);
   void add(std::size_t layer, const sensor_msgs::CameraInfo& message, ros::Time now);
+  /// A command to the base that carries projectors, where one is configured.
+  void addCommand(const geometry_msgs::Twist& command, ros::Time now);
   /// Counts a message that cannot be deserialized.
   void drop(std::size_t layer, const std::string& reason);
 
@@ -138,6 +140,10 @@ class ProjectorScene {
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
   std::optional<render::Layer> layer(std::size_t index, std::vector<std::string>& problems);
+  /// Returns where a frame will be by what its base is told, as seen from where it would be if it
+  /// went on as it moved. The identity: nothing is told.
+  Eigen::Isometry3d commandedDeparture(const std::string& frame, const StampedPose& newest,
+                                       std::int64_t when_ns);
 
   /// A layer's earlier messages, which later ones need.
   struct Memory {
@@ -158,6 +164,7 @@ class ProjectorScene {
   MeshReading reading_;
   UnreadMeshes unread_;
   std::vector<LightOffset> offsets_;  ///< by projector
+  std::optional<CommandedMotion> commanded_;
 };
 
 }  // namespace afterglow::nodes

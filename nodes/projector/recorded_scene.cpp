@@ -43,6 +43,7 @@ RecordedScene::RecordedScene(const replay::Store& store, replay::Behavior behavi
       layers_.emplace(topic, i);
     }
   }
+  if (config.base) range.topics.push_back(config.base->command_topic);
   feedEarlierTransforms();
   findSurfaces();
   cursor_ = store_.messages(behavior_, range);
@@ -129,6 +130,12 @@ void RecordedScene::feed(const replay::Message& message) {
   if (source.topic == kTransforms || source.topic == kStaticTransforms) {
     feedTransforms(message, source);
     return showWaiting(message.received);
+  }
+  const std::optional<BaseConfig>& base = scene_.config().base;
+  if (base && source.topic == base->command_topic) {
+    requireType<geometry_msgs::Twist>(source);
+    const auto command = toMessage<geometry_msgs::Twist>(message.bytes);
+    if (command) scene_.addCommand(*command, toTime(message.received));
   }
   const auto [begin, end] = layers_.equal_range(source.topic);
   for (auto layer = begin; layer != end; ++layer) feedLayer(layer->second, message, source);

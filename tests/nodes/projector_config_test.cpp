@@ -237,6 +237,23 @@ TEST_F(ProjectorConfigTest, refusesWhatIsMissingDoubledOrWithoutMeaning) {
             ":3: the polygon of surface 'floor' has no area");
 }
 
+TEST_F(ProjectorConfigTest, readsTheBasesCommands) {
+  const std::string layers = kHead + kMarker + "}\n";  // 6 lines
+  EXPECT_FALSE(load(layers).base);
+  const std::string base = "base: {commands: /cmd_vel, linear_acceleration: 0.75, ";
+  const BaseConfig read = *load(layers + base + "angular_acceleration: 3, delay_ms: 20}\n").base;
+  EXPECT_EQ(read.command_topic, "/cmd_vel");
+  EXPECT_EQ(read.frame, "base_link");
+  EXPECT_EQ(read.linear_acceleration, 0.75);
+  EXPECT_EQ(read.angular_acceleration, 3);
+  EXPECT_EQ(read.delay_ns, 20'000'000);
+  EXPECT_EQ(fault(layers + base + "}\n"), ":7: no 'angular_acceleration' in 'base'");
+  EXPECT_EQ(fault(layers + base + "angular_acceleration: 0}\n"),
+            ":7: 'angular_acceleration' of 'base' should be a number from 0.01 to 100, not '0'");
+  EXPECT_EQ(fault(layers + "base: {commands: cmd_vel}\n"),
+            ":7: 'commands' of 'base' is a topic: it should begin with '/'");
+}
+
 TEST_F(ProjectorConfigTest, readsWhoTextIsForAndWhereMeshesComeFrom) {
   const std::string on_floor = kMarker + ", placement: drape, surface: floor";
   const ProjectorConfig person =

@@ -567,6 +567,54 @@ TEST_F(TurningTurret, isNotMisledWhenLocalizationLeaps) {
   EXPECT_LT(miss(*T, 1.005), 0.002);
 }
 
+/// A projector 2 m ahead of a base that stood until it was told at 1 s to turn at 0.5 rad/s, which
+/// it approaches by 3 rad/s^2; drawn at `now` for 40 ms later, tf every 20 ms.
+class StartingBase : public TurningTurret {
+ protected:
+  static double yawAt(double seconds) {
+    const double since = std::max(0.0, seconds - 1 - kDelay), speeding = 0.5 / 3;
+    return since < speeding ? 1.5 * since * since : 0.5 * (since - speeding / 2);
+  }
+  double missAt(double now, bool has_commands, bool obeys = true) {
+    ProjectorConfig late = config();
+    late.projectors[0].latency_ns = 40'000'000;
+    if (has_commands) late.base = BaseConfig{"/cmd_vel", "base_link", 0.75, 3, 10'000'000};
+    ProjectorScene scene(late, buffer);
+    publish("base_link", "projector", Eigen::Isometry3d(Eigen::Translation3d(2, 0, 1)), {}, true);
+    const auto pose = [&](double seconds) {
+      return Eigen::Isometry3d(
+          Eigen::Translation3d(3, 1, 0) *
+          Eigen::AngleAxisd(obeys ? yawAt(seconds) : 0, Eigen::Vector3d::UnitZ()));
+    };
+    geometry_msgs::Twist command;
+    for (int i = 0; i * 0.02 <= now; ++i) {
+      const double seconds = i * 0.02;
+      publish("map", "odom", Eigen::Isometry3d::Identity(), at(seconds), false);
+      publish("odom", "base_link", pose(seconds), at(seconds), false);
+      command.angular.z = i < 50 ? 0 : 0.5;
+      scene.addCommand(command, at(seconds));
+    }
+    const auto T = scene.snapshot(at(now)).T_projector_world;
+    if (!T) return std::nan("");
+    const Eigen::Vector3d meant = pose(now + 0.04) * Eigen::Vector3d(2, 0, 1);
+    return 1000 * (T->inverse().matrix().translation() - meant).norm();
+  }
+  static constexpr double kDelay = 0.01;
+};
+
+TEST_F(StartingBase, isDrawnForWhereItsCommandsTakeIt) {
+  for (const double now : {1.001, 1.011, 1.033, 1.07, 1.12, 1.17, 1.2, 1.4}) {
+    EXPECT_LT(missAt(now, true), 0.5) << now << " s";
+  }
+  EXPECT_GT(missAt(1.07, false), 10) << "mm, as tf alone has it";
+  EXPECT_LT(missAt(1.4, false), 0.5);
+}
+
+TEST_F(StartingBase, isTakenForStandingWhereItDoesNotObey) {
+  EXPECT_LT(missAt(1.07, true, false), 25) << "mm, while it could still be beginning";
+  EXPECT_LT(missAt(1.3, true, false), 0.01);
+}
+
 TEST_F(TurningTurret, isDarkOnceNobodyKnowsHowItWentOn) {
   ProjectorConfig late = config();
   late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
