@@ -24,8 +24,7 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr const char *kPart_s = "20",
-                     *kShortFilm_s = "14.5";     // of the long film, and each short one
+constexpr const char *kPart_s = "20", *kShortFilm_s = "14.5";  // of the long film; a short one's
 constexpr const char* kPictureSize = "638,648";  // as in the films
 
 std::string afterglowCommand() {
@@ -88,7 +87,8 @@ void DemoFilms::begin(const MeasuredBehavior& measured, const BehaviorStory& sto
   film.insert(film.end(), words.begin(), words.end());
   film.insert(film.end(),
               {"--store", folders_.out + "/demo.db", "--fps", "15", "--caption", story.caption,
-               "--at-most", kPart_s, "--out", parts_.back(), "--at-most", kShortFilm_s, "--out",
+               "--at-most", kPart_s, "--title", story.title, "--closing", story.light, "--out",
+               parts_.back(), "--at-most", kShortFilm_s, "--title", "", "--closing", "", "--out",
                folders_.out + "/" + measured.behavior.name + ".mp4"});
   run({film});
   run({keyFrames(measured, false, true), keyFrames(measured, true, true),

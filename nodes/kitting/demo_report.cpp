@@ -18,13 +18,14 @@ namespace {
 BehaviorStory readBehavior(const std::string& file, const YAML::Node& name,
                            const YAML::Node& node) {
   const YamlMap values(file, node, "behavior '" + name.Scalar() + "'",
-                       {"title", "caption", "question", "explanation", "says", "moments"});
+                       {"title", "caption", "question", "explanation", "light", "says", "moments"});
   BehaviorStory story;
   story.name = name.Scalar();
   story.title = values.text("title");
   story.caption = values.text("caption");
   story.question = values.text("question");
   story.explanation = values.text("explanation");
+  story.light = values.text("light");
   story.says = values.text("says");
   const YAML::Node moments = values.at("moments");
   if (!moments.IsMap()) values.fail(moments, "'moments' should be a map of names and texts");

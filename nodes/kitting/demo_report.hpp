@@ -19,6 +19,7 @@ namespace afterglow::nodes {
 struct BehaviorStory {
   std::string name;  ///< the behavior's: "pick"
   std::string title, caption, question, explanation;
+  std::string light;  ///< what was lit, in a line
   /// Moments worth an image, by name, in order, and what happens at each.
   std::vector<std::pair<std::string, std::string>> moments;
   std::string says = {};  ///< the robot, aloud

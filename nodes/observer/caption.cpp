@@ -153,6 +153,17 @@ void CaptionPainter::paintLabel(render::Image& image, const std::string& label) 
   impl_->writeTag(pixelsOf(image), printableLine(label), {height / 2, height * 2}, height);
 }
 
+void CaptionPainter::paintTitle(render::Image& image, const std::string& title) {
+  const std::string text = printableLine(title);
+  const int height = impl_->heightFor(text, std::max(8, image.height / 14), image.width * 9 / 10);
+  cv::Mat pixels = pixelsOf(image);
+  const int middle = image.height / 2, band = std::min(middle, height * 3 / 2);
+  darken(pixels.rowRange(middle - band, middle + band), 0.75);
+  impl_->write(pixels, text,
+               {(image.width - impl_->widthOf(text, height)) / 2, middle + height / 3}, height,
+               kWhite);
+}
+
 void CaptionPainter::paintInset(render::Image& image, const render::Image& inset,
                                 const std::string& label) {
   const auto lit = litPart(inset);

@@ -41,6 +41,8 @@ class CaptionPainter {
   render::Image withStrip(const render::Image& image, const Caption& caption);
   /// Writes on a colored field in the upper left corner.
   void paintLabel(render::Image& image, const std::string& label);
+  /// Writes large across the middle, on a dark band.
+  void paintTitle(render::Image& image, const std::string& title);
   /// The lit part of a projector's image in a box with its label in the upper right corner; nothing
   /// where all of it is dark.
   void paintInset(render::Image& image, const render::Image& inset, const std::string& label);

@@ -162,7 +162,7 @@ std::vector<FilmSpan> saidSpans(const std::vector<Utterance>& heard, Stamp begin
 
 /// Returns when a frame of /tf moves so that it can be seen.
 std::vector<FilmSpan> movingSpans(const BehaviorSource& source) {
-  constexpr double kVisible_m = 0.004, kVisible_rad = 0.008, kPause_s = 0.4;
+  constexpr double kVisible_m = 0.02, kVisible_rad = 0.03, kPause_s = 0.4;
   std::map<std::string, Eigen::Isometry3d> last;
   std::vector<FilmSpan> spans;
   const auto isMoved = [&](const geometry_msgs::TransformStamped& told) {
@@ -186,14 +186,29 @@ std::vector<FilmSpan> movingSpans(const BehaviorSource& source) {
   return spans;
 }
 
+/// How much of a picture is lit: its bright pixels.
+std::size_t brightPixels(const render::Image& image) {
+  constexpr int kBright = 160;  // of 255: a darkened room's things are not
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+    count += std::max({image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}) > kBright ? 1 : 0;
+  }
+  return count;
+}
+
 /// One of the films that are made of the same pictures, each at its own pace.
 class FilmCut {
  public:
+  /// `title`, `closing`: empty: none.
   FilmCut(const std::string& path, int width, int height, int fps, const FilmEvents& events,
-          double most_s)
+          double most_s, std::string title, std::string closing)
       : film_(path, width, height + stripHeight(width), fps),
         fps_(fps),
-        pace_(filmPace(events, most_s)),
+        title_(std::move(title)),
+        closing_(std::move(closing)),
+        title_s_(title_.empty() ? 0 : kTitle_s),
+        pace_(filmPace(events,
+                       std::max(1.0, most_s - title_s_ - (closing_.empty() ? 0 : kClosing_s)))),
         images_(std::max(1LL, std::llround(std::ceil(pace_.firstAt(events.seconds) * fps)))) {}
 
   /// Returns true if it shows the picture of the recording's second i / fps.
@@ -202,6 +217,15 @@ class FilmCut {
   }
   /// Adds the picture, as often as it is shown.
   void add(std::int64_t i, const render::Image& image, Caption caption, CaptionPainter& painter) {
+    if (next_ == 0 && title_s_ > 0) {
+      render::Image titled = image;
+      painter.paintTitle(titled, title_);
+      hold(painter.withStrip(titled, {caption.tag, caption.text, ""}), title_s_);
+    }
+    if (!closing_.empty() && brightPixels(image) >= bright_pixels_) {
+      bright_pixels_ = brightPixels(image);
+      brightest_ = painter.withStrip(image, {"", closing_, "", "", caption.has_ghosts});
+    }
     for (; wants(i); ++next_) {
       const double shown_s = static_cast<double>(next_) / fps_;
       const double speed = (pace_.secondAt(shown_s + 0.02) - nextSecond()) / 0.02;
@@ -210,21 +234,31 @@ class FilmCut {
     }
   }
   void close(std::vector<Utterance> heard, Stamp begin) {
+    if (!closing_.empty()) hold(brightest_, kClosing_s);
     for (Utterance& utterance : heard) {
-      const double film_s = pace_.firstAt(secondsBetween(begin, {utterance.onset_ns}));
+      const double film_s = title_s_ + pace_.firstAt(secondsBetween(begin, {utterance.onset_ns}));
       utterance.onset_ns = std::llround(film_s * 1e9);
     }
     film_.close(heard);
   }
 
  private:
+  static constexpr double kTitle_s = 2.5, kClosing_s = 3.5;  // to be read
+
   double nextSecond() const { return pace_.secondAt(static_cast<double>(next_) / fps_); }
+  void hold(const render::Image& image, double seconds) {
+    for (auto i = std::llround(seconds * fps_); i > 0; --i) film_.add(image);
+  }
 
   Film film_;
   const int fps_;
+  const std::string title_, closing_;
+  const double title_s_;
   const ClockPair pace_;
   const std::int64_t images_;
   std::int64_t next_ = 0;
+  render::Image brightest_;  ///< where there is a closing
+  std::size_t bright_pixels_ = 0;
 };
 
 }  // namespace
@@ -256,8 +290,11 @@ void makeFilms(const FilmOptions& options) {
   std::deque<FilmCut> cuts;
   for (std::size_t i = 0; i < options.out.size(); ++i) {
     const double most_s = options.at_most_s.empty() ? INFINITY : options.at_most_s.at(i);
+    const auto wordsOf = [i](const std::vector<std::string>& all) {
+      return all.empty() ? std::string() : all.at(i);
+    };
     cuts.emplace_back(options.out[i], pictures.width(), pictures.height(), options.fps, events,
-                      most_s);
+                      most_s, wordsOf(options.titles), wordsOf(options.closings));
   }
   const auto images = std::llround(std::ceil(events.seconds * options.fps));
   for (std::int64_t i = 0; i <= images; ++i) {

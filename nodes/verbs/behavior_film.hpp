@@ -22,6 +22,8 @@ struct FilmOptions {
   std::string beside;             ///< a second behavior; empty: none
   std::string caption;            ///< empty: what is recorded
   std::vector<double> at_most_s;  ///< for each film, seconds; empty: as long as the behavior
+  /// For each film, words before it, and behind it over its brightest picture; empty: none.
+  std::vector<std::string> titles, closings;
 };
 
 /// Makes the films, all of the same pictures, each at its own pace (filmPace()), with progress on

@@ -130,13 +130,8 @@ class BehaviorPictures {
       if (painter_.isLit()) return told();
     }
     // Content outside the picture at the end: every moment has to be looked at.
-    last.reset();
-    eachMoment(kSearchStepNs, [&](Stamp moment) {
-      tellMoment(progress, moment);
-      if (painter_.hasContent() && painter_.isLit()) last = moment;
-    });
-    if (last) {
-      painter_.moveTo(*last);
+    if (const std::vector<Stamp> lit = litMoments(); !lit.empty()) {
+      painter_.moveTo(lit.back());
       return told();
     }
     throw std::runtime_error(fmt::format("nothing of {} is lit: {}", source_.name,
@@ -152,13 +147,17 @@ class BehaviorPictures {
     video.close();
   }
 
-  /// Moments at even distances, the last one included, with what was projected and, where the room
-  /// is drawn, the room.
+  /// Moments evenly among the lit ones, or, where nothing is lit, among all, the first and the last
+  /// of them included, with what was projected and, where the room is drawn, the room.
   render::Image contactSheet(bool has_room) {
     ContactSheet sheet;
+    const std::vector<Stamp> lit = litMoments();
     Progress progress("rendering " + source_.name, "moments");
     for (int i = 0; i < kSheetMoments; ++i) {
-      const Stamp moment{begin_.ns + (painter_.last().ns - begin_.ns) * i / (kSheetMoments - 1)};
+      const std::int64_t span_ns = painter_.last().ns - begin_.ns;
+      const Stamp moment =
+          lit.empty() ? Stamp{begin_.ns + span_ns * i / (kSheetMoments - 1)}
+                      : lit[(lit.size() - 1) * static_cast<std::size_t>(i) / (kSheetMoments - 1)];
       painter_.moveTo(moment);
       std::vector<render::Image> pictures = {painter_.projected()};
       if (has_room) pictures.push_back(painter_.picture());
@@ -170,6 +169,16 @@ class BehaviorPictures {
   }
 
  private:
+  std::vector<Stamp> litMoments() {
+    Progress progress("searching " + source_.name, "");
+    std::vector<Stamp> lit;
+    eachMoment(kSearchStepNs, [&](Stamp moment) {
+      tellMoment(progress, moment);
+      if (painter_.hasContent() && painter_.isLit()) lit.push_back(moment);
+    });
+    return lit;
+  }
+
   /// The moment's picture; says what it does not show.
   render::Image told() {
     const bool is_lit = painter_.isLit();
@@ -326,9 +335,20 @@ void addRenderVerb(CLI::App& app) {
       ->expected(1)
       ->take_all()
       ->needs(film);
+  verb->add_option("--title", options->titles,
+                   "Words over a film's first picture, which stands for so long that they can be "
+                   "read; once for each --out, \"\": none")
+      ->expected(1)
+      ->take_all()
+      ->needs(film);
+  verb->add_option("--closing", options->closings,
+                   "Words below its brightest picture at the end, likewise")
+      ->expected(1)
+      ->take_all()
+      ->needs(film);
   CLI::Option* sheet = verb->add_flag(
       "--contact-sheet", options->is_sheet,
-      "A picture of twelve moments, with their times: what was projected, and the room");
+      "A picture of twelve lit moments, with their times: what was projected, and the room");
   sheet->excludes(film);
   verb->add_option(
           "--out", options->out,
@@ -359,6 +379,10 @@ void addRenderVerb(CLI::App& app) {
     const std::size_t wanted = std::max(options->at_s.size(), options->at_most_s.size());
     if (options->out.size() != std::max<std::size_t>(1, wanted)) {
       throw CLI::ValidationError("--out", "should be given once for each --at or --at-most");
+    }
+    for (const auto& words : {options->titles, options->closings}) {
+      if (words.empty() || words.size() == options->out.size()) continue;
+      throw CLI::ValidationError("--out", "should be given once for each --title or --closing");
     }
     if (options->pictures.config.empty() && (!is_page || options->is_film)) {
       throw CLI::RequiredError("--config");
