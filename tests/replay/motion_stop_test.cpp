@@ -352,6 +352,22 @@ TEST(StopMaker, setsTheFieldsThatARuleNames) {
   }
 }
 
+TEST(MotionStop, isToldInAClauseWithTheRuleThatSaysSo) {
+  const auto told = [](StopKind kind) { return describe(ruleOf(kind)); };
+  EXPECT_EQ(describe(MotionStop()), "nothing stops it that is known");
+  EXPECT_EQ(told(StopKind::Zero), "zeros stop it (rules.yaml:3)");
+  EXPECT_EQ(told(StopKind::Speed), "speed 0 stops it, its steering is kept (rules.yaml:3)");
+  EXPECT_EQ(told(StopKind::NoPoints), "a trajectory without points stops it (rules.yaml:3)");
+  EXPECT_EQ(told(StopKind::Cancel), "a cancel stops it (rules.yaml:3)");
+  EXPECT_EQ(told(StopKind::EndsItself), "it stops where it is told to go (rules.yaml:3)");
+  EXPECT_EQ(told(StopKind::IsStop), "it is a stop itself");
+  MotionStop stop = ruleOf(StopKind::Fields);
+  stop.fields = {{"gait", 2}, {"speed", 0.5}};
+  EXPECT_EQ(describe(stop), "gait 2, speed 0.5 stops it (rules.yaml:3)");
+  stop = {StopKind::Cancel, "/move/cancel", {}, ""};
+  EXPECT_EQ(describe(stop), "a cancel on /move/cancel stops it");
+}
+
 TEST(MotionStop, refusesRulesThatDoNotFitTheType) {
   const auto whyNot = [](const MotionStop& stop, const Channel& channel) -> std::string {
     try {
