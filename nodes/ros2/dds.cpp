@@ -24,8 +24,13 @@
 #include <fastdds/utils/IPLocator.hpp>
 #endif
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstring>
 #include <iterator>
 #include <map>
@@ -74,6 +79,13 @@ constexpr std::uint32_t kPatience_ns = 20'000'000;
 constexpr std::size_t kMostBytes = 256 << 20;
 
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error("DDS refuses " + what); }
+
+/// Without the right to have such sockets, Fast DDS begins, and meets nobody.
+void requireUdp() {
+  const int made = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, IPPROTO_UDP);
+  if (made < 0) fail("to begin: no UDP socket can be had (" + std::string(strerror(errno)) + ")");
+  ::close(made);
+}
 
 DdsGuid toGuid(const rtps::GUID_t& guid) {
   DdsGuid result;
@@ -237,6 +249,7 @@ class DdsParticipant::State : public dds::DomainParticipantListener {
  public:
   State(const replay::Ros2Network& network, const std::string& name, Listener listener)
       : listener_(std::move(listener)) {
+    requireUdp();
     auto* const factory = dds::DomainParticipantFactory::get_instance();
     participant_ = factory->create_participant(network.domain, qosOf(network, name), this,
                                                dds::StatusMask::none());

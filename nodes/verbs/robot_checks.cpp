@@ -234,8 +234,8 @@ Checkup checkBridge(const diagnostic_msgs::DiagnosticStatus& bridge) {
   }
   if (refused.empty()) {
     return Checkup::advise(name, found,
-                           "start the robot; ROS_DOMAIN_ID is the robot's, and another machine's "
-                           "wants network:=subnet");
+                           "start the robot; ROS_DOMAIN_ID is the robot's, another machine's wants "
+                           "network:=subnet, and nodes need UDP beside shared memory");
   }
   return Checkup::advise(name, found + ": " + someOf(refused),
                          "nodes/ros2/README.md says what is refused");

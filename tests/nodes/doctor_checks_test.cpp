@@ -120,8 +120,8 @@ TEST(Doctor, saysWhatABridgeToRos2CarriesAndWhyNotTheRest) {
   EXPECT_EQ(
       findingOf("bridge to ROS 2", running).words(),
       "advice   bridge to ROS 2: ros2_bridge_node meets no node of ROS 2 in domain 0, machine; "
-      "start the robot; ROS_DOMAIN_ID is the robot's, and another machine's wants "
-      "network:=subnet");
+      "start the robot; ROS_DOMAIN_ID is the robot's, another machine's wants "
+      "network:=subnet, and nodes need UDP beside shared memory");
 }
 
 TEST(Doctor, namesWhatIsMissingAndWhatToDo) {
