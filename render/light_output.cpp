@@ -31,33 +31,33 @@ constexpr std::array<TablePlace, 256> kTablePlaces = tablePlaces();
 
 }  // namespace
 
-LightOutput::LightOutput(const LightSettings& settings)
+LightOutput::LightOutput(const LightSettings& settings, bool is_blended)
     : is_identity_(settings.mirror == Mirror::None &&
-                   (!settings.colors.empty() ||
-                    (!settings.gamma && settings.max_brightness >= 1))),
+                   (!settings.colors.empty() || (!settings.gamma && settings.max_brightness >= 1))),
       flips_columns_(settings.mirror == Mirror::Horizontal || settings.mirror == Mirror::Both),
       flips_rows_(settings.mirror == Mirror::Vertical || settings.mirror == Mirror::Both),
       colors_(settings.colors) {
   if (!colors_.empty() && colors_.size() != kColorTableSize) {
     throw std::invalid_argument("a table of colors of another size");
   }
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    for (std::size_t value = 0; value < 256; ++value) {
-      const double coded = static_cast<double>(value) / 255;
-      const double light = settings.max_brightness * calib::lightOfSrgb(coded);
-      const double sent = !colors_.empty()  ? coded
-                          : settings.gamma ? std::pow(light, 1 / (*settings.gamma)[channel])
-                                           : calib::srgbOfLight(light);
-      tables_[channel][value] = static_cast<std::uint8_t>(std::lround(255 * sent));
+  const auto sent = [&](std::size_t channel, double light) {
+    const bool is_srgb = !colors_.empty() || !settings.gamma;
+    const double coded =
+        is_srgb ? calib::srgbOfLight(light) : std::pow(light, 1 / (*settings.gamma)[channel]);
+    return static_cast<std::uint8_t>(std::lround(255 * coded));
+  };
+  const double white = colors_.empty() ? settings.max_brightness : 1;  // else the table's
+  for (std::size_t value = 0; value < 256; ++value) {
+    const double light = white * calib::lightOfSrgb(static_cast<double>(value) / 255);
+    light_[value] = static_cast<std::uint16_t>(std::lround(PixelLight::kFull * light));
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      tables_[channel][value] = sent(channel, light);
     }
   }
-}
-
-void LightOutput::exchange(std::uint8_t* a, std::uint8_t* b) const {
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    const std::uint8_t from_a = tables_[channel][a[channel]];
-    a[channel] = tables_[channel][b[channel]];
-    b[channel] = from_a;
+  for (std::size_t channel = 0; channel < 3 && is_blended; ++channel) {
+    for (int light = 0; light <= PixelLight::kFull; ++light) {
+      sent_[channel].push_back(sent(channel, static_cast<double>(light) / PixelLight::kFull));
+    }
   }
 }
 
@@ -94,9 +94,39 @@ void LightOutput::recolor(Image& image) const {
   }
 }
 
-void LightOutput::apply(Image& image) const {
+void LightOutput::blend(Image& image, const PixelLight& light) const {
+  const std::size_t pixels = image.rgb.size() / 3;
+  const auto isFor = [&](const auto& list) { return list.empty() || list.size() == pixels; };
+  if (sent_[0].empty() || !isFor(light.share) || !isFor(light.raise)) {
+    throw std::logic_error("light of other pixels than the image's");
+  }
+  for (std::size_t i = 0; i < pixels; ++i) {
+    std::uint8_t* const pixel = image.rgb.data() + 3 * i;
+    const std::uint32_t raise = light.raise.empty() ? 0 : light.raise[i];
+    if (raise == 0 && (pixel[0] | pixel[1] | pixel[2]) == 0) continue;
+    const std::uint32_t share = light.share.empty() ? PixelLight::kFull : light.share[i];
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      // So rounded full light of the full share fits, and is full.
+      const std::uint32_t own = (light_[pixel[channel]] * share + PixelLight::kFull) >> 16;
+      pixel[channel] = sent_[channel][std::min<std::uint32_t>(own + raise, PixelLight::kFull)];
+    }
+  }
+}
+
+void LightOutput::apply(Image& image, const PixelLight* light) const {
+  if (light != nullptr) blend(image, *light);
   if (!colors_.empty()) recolor(image);
-  if (is_identity_) return;
+  if (light != nullptr) {
+    if (flips_columns_ || flips_rows_) mirror(image, [](auto, std::uint8_t v) { return v; });
+  } else if (!is_identity_) {
+    mirror(image, [this](auto channel, std::uint8_t v) { return tables_[channel][v]; });
+  }
+}
+
+/// Gives each pixel and its partner their new values, each in the other's place. They may be one
+/// and the same.
+template <typename Value>
+void LightOutput::mirror(Image& image, const Value& value) const {
   const int width = image.width, height = image.height;
   const auto pixel = [&image, width](int x, int y) {
     return image.rgb.data() + 3 * (static_cast<std::ptrdiff_t>(y) * width + x);
@@ -108,7 +138,11 @@ void LightOutput::apply(Image& image) const {
     const int end = is_own && flips_columns_ ? (width + 1) / 2 : width;
     std::uint8_t* b = pixel(flips_columns_ ? width - 1 : 0, partner_y);
     for (std::uint8_t *a = pixel(0, y), *a_end = a + 3 * end; a < a_end; a += 3) {
-      exchange(a, b);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const std::uint8_t from_a = value(channel, a[channel]);
+        a[channel] = value(channel, b[channel]);
+        b[channel] = from_a;
+      }
       b += flips_columns_ ? -3 : 3;
     }
   }

@@ -35,24 +35,40 @@ struct LightSettings {
   std::vector<std::uint8_t> colors{};
 };
 
-/// Tables made once, for images of one projector. Any thread; black stays black. Throws
-/// std::invalid_argument for a table of colors of another size.
+/// The light of each pixel of one projector's image among several projectors' (light_blend.hpp),
+/// row by row, before it is mirrored.
+struct PixelLight {
+  static constexpr int kFull = 65535;
+  std::vector<std::uint16_t> share;  ///< factor on its light, of kFull; empty: 1 everywhere
+  /// What is added to its light, of kFull, which is the projector's full light; empty: nothing.
+  std::vector<std::uint16_t> raise;
+};
+
+/// Tables made once, for images of one projector. Any thread; black stays black, unless it is to be
+/// raised. Throws std::invalid_argument for a table of colors of another size.
 class LightOutput {
  public:
-  explicit LightOutput(const LightSettings& settings);
-  /// Changes the image in place, in one pass. Settings that say nothing cost nothing.
-  void apply(Image& image) const;
+  /// `is_blended`: images may come with the light of their pixels.
+  explicit LightOutput(const LightSettings& settings, bool is_blended = false);
+  /// Changes the image in place. Settings that say nothing cost nothing. `light`: of an image that
+  /// is blended with others. Throws std::logic_error for the light of another number of pixels, or
+  /// where this is not for such images.
+  void apply(Image& image, const PixelLight* light = nullptr) const;
 
  private:
-  /// Gives both pixels their new values, each in the other's place. They may be one and the same.
-  void exchange(std::uint8_t* a, std::uint8_t* b) const;
   void recolor(Image& image) const;
   /// Interpolates between the eight colors of the table around the pixel's.
   void recolor(std::uint8_t* pixel) const;
+  void blend(Image& image, const PixelLight& light) const;
+  template <typename Value>
+  void mirror(Image& image, const Value& value) const;
 
   bool is_identity_;
   bool flips_columns_, flips_rows_;
   std::array<std::array<std::uint8_t, 256>, 3> tables_;
+  std::array<std::uint16_t, 256> light_;  ///< light of a drawn value, of PixelLight::kFull
+  /// The values to send for each light, by channel; empty: not for images that are blended.
+  std::array<std::vector<std::uint8_t>, 3> sent_;
   std::vector<std::uint8_t> colors_;
 };
 

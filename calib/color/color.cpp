@@ -388,6 +388,10 @@ double ColorResponse::white() const {
   return light.minCoeff() >= 0 ? gray : 0;
 }
 
+double ColorResponse::whiteShare() const {
+  return (white() - luminance(dark)) / luminance(M_seen_light * Eigen::Vector3d::Ones());
+}
+
 SentColor colorToSend(const ColorResponse& response, const Rgb& wanted, double brightness) {
   return ColorInverse(response).send(wanted, brightness);
 }

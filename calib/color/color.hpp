@@ -46,6 +46,8 @@ struct ColorResponse {
   Eigen::Vector3d seen(const Rgb& sent) const;
   /// The brightest gray that can be reached: what white (1, 1, 1) is shown as. 0: there is none.
   double white() const;
+  /// The share of the projector's full light, by luminance, that white() takes.
+  double whiteShare() const;
 };
 
 /// The color to send for a color, and how far off (CIEDE2000, beside white()) the result looks.

@@ -237,15 +237,18 @@ constexpr std::chrono::seconds kLightPatience{2};
 /// Light falls on a room of a given width in no more pixels than these.
 constexpr int kWidestLight = 800;
 
-/// Returns the configuration with one projector alone: the one of that name, or the only one.
+/// Returns the configuration with one projector alone, the one of that name or the only one, or,
+/// where light is shared, with that one first.
 ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
   std::vector<std::string> names;
-  for (const OutputConfig& projector : config.projectors) {
-    if (projector.name == name || (name.empty() && config.projectors.size() == 1)) {
-      config.projectors = {OutputConfig(projector)};
+  for (auto projector = config.projectors.begin(); projector != config.projectors.end();
+       ++projector) {
+    if (projector->name == name || (name.empty() && config.projectors.size() == 1)) {
+      std::rotate(config.projectors.begin(), projector, projector + 1);
+      if (!config.blend) config.projectors.resize(1);
       return config;
     }
-    if (!projector.name.empty()) names.push_back(projector.name);
+    if (!projector->name.empty()) names.push_back(projector->name);
   }
   const std::string known = fmt::format("{}", fmt::join(names, ", "));
   if (name.empty()) throw std::runtime_error("--projector is needed, one of: " + known);
@@ -257,6 +260,17 @@ calib::Lens drawnLens(const calib::Lens& lens, PictureView view, int width) {
   if (width == 0) return lens;
   const bool is_projector = view == PictureView::Projector;
   return lensOfWidth(lens, is_projector ? width : std::min(lens.width, kWidestLight));
+}
+
+std::unique_ptr<render::LightBlend> blendOf(const PictureSettings& settings,
+                                            const calib::Lens& drawn) {
+  if (!settings.config.blend) return nullptr;
+  std::vector<render::BlendedProjector> projectors;
+  for (const OutputConfig& projector : settings.config.projectors) {
+    const std::size_t i = projectors.size();
+    projectors.push_back(projector.blended(i == 0 ? drawn : settings.others[i - 1]));
+  }
+  return std::make_unique<render::LightBlend>(projectors, settings.config.blend->evens_black);
 }
 
 std::string jpegOf(const render::Image& image) {
@@ -289,6 +303,9 @@ PictureSettings readPictureSettings(const PictureOptions& options) {
   calib::CameraInfoFile file = loadLens(projector);
   if (!file.warning.empty()) settings.remark = projector.camera_info + ": " + file.warning;
   settings.lens = std::move(file.lens);
+  for (std::size_t i = 1; i < settings.config.projectors.size(); ++i) {
+    settings.others.push_back(loadLens(settings.config.projectors[i]).lens);
+  }
   settings.observer = options.observer;
   return settings;
 }
@@ -313,7 +330,8 @@ MomentPainter::MomentPainter(render::GlContext& context, const replay::Store& st
       width_(width),
       lens_(drawnLens(settings.lens, view, width)),
       last_{std::max(behavior.begin.ns, endOf(store, behavior).ns - 1)},
-      light_(settings_.config.projectors.at(0).light),
+      light_(settings_.config.projectors.at(0).light, settings_.config.blend.has_value()),
+      blend_(blendOf(settings_, lens_)),
       renderer_(context, lens_, settings_.config.projectors[0].drawing),
       census_(settings.lens),
       now_(behavior.begin) {
@@ -383,7 +401,14 @@ std::vector<std::string> MomentPainter::whyDark(bool is_lit) {
 
 render::Image MomentPainter::projected() {
   render::Image image = lensImage();
-  light_.apply(image);
+  const render::PixelLight* light = nullptr;
+  if (blend_ && snapshot_.T_projector_world) {
+    auto poses = snapshot_.T_others_world;
+    poses.insert(poses.begin(), snapshot_.T_projector_world);
+    blend_->update(snapshot_.scene.surfaces, poses);
+    light = &blend_->light(0);
+  }
+  light_.apply(image, light);
   return image;
 }
 

@@ -8,6 +8,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "render/compose/light_census.hpp"
 #include "render/gl/gl_context.hpp"
 #include "render/gl/observer_renderer.hpp"
+#include "render/light_blend.hpp"
 #include "render/projector_renderer.hpp"
 #include "replay/store/store.hpp"
 
@@ -94,9 +96,11 @@ void addPictureOptions(CLI::App& verb, PictureOptions& options);
 
 /// The light and the place of a bystander's eyes.
 struct PictureSettings {
-  ProjectorConfig config;  ///< that of a single projector
-  calib::Lens lens;        ///< its camera_info's
-  std::string remark;      ///< remark on the lens's file, or empty
+  /// That of a single projector; behind it come those that it shares its light with.
+  ProjectorConfig config;
+  calib::Lens lens;                 ///< its camera_info's
+  std::vector<calib::Lens> others;  ///< lenses of those behind it
+  std::string remark;               ///< remark on the lens's file, or empty
   ObserverOptions observer;
 };
 
@@ -165,6 +169,7 @@ class MomentPainter {
   const calib::Lens lens_;
   const replay::Stamp last_;
   const render::LightOutput light_;
+  std::unique_ptr<render::LightBlend> blend_;  ///< where light is shared
   render::ProjectorRenderer renderer_;
   render::LightCensus census_;  ///< counts by the lens itself, however small the picture
   std::optional<RecordedScene> scene_;

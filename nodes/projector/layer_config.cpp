@@ -253,10 +253,6 @@ void readPolygon(const YamlMap& map, LayerConfig& layer) {
   }
 }
 
-bool readFlag(const YamlMap& map, const std::string& key, bool otherwise) {
-  return map.has(key) ? map.choice(key, {"false", "true"}) == 1 : otherwise;
-}
-
 /// A part of the covariance: false, or a map of its looks. Returns whether it is shown.
 bool readSpread(const YamlMap& map, const std::string& key, render::Color& color, float& scale,
                 float* offset) {

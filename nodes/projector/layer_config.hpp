@@ -50,6 +50,11 @@ inline std::string readFrame(const YamlMap& map, const std::string& key) {
   return name;
 }
 
+/// Reads true or false, or takes `otherwise` without the key. Throws as readFrame does.
+inline bool readFlag(const YamlMap& map, const std::string& key, bool otherwise) {
+  return map.has(key) ? map.choice(key, {"false", "true"}) == 1 : otherwise;
+}
+
 struct SurfaceConfig;
 
 enum class LayerType {

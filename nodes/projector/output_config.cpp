@@ -18,14 +18,15 @@
 namespace afterglow::nodes {
 namespace {
 
-const std::vector<std::string> kKeys = {"camera_info", "frame", "latency_ms",     "drawing",
-                                        "monitor",     "gamma", "max_brightness", "mirror",
-                                        "color"};
+const std::vector<std::string> kKeys = {"camera_info", "frame",  "latency_ms",     "drawing",
+                                        "monitor",     "gamma",  "max_brightness", "mirror",
+                                        "color",       "lumens", "contrast"};
 // In the order of the enum it names.
 const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
 
 constexpr double kGreatestLatency = 500;  // ms; beyond it extrapolation is a guess
 constexpr double kLeastGamma = 1, kGreatestGamma = 4;
+constexpr double kMostLumens = 100'000, kLeastContrast = 10, kMostContrast = 1e7;
 
 /// Reads one number for all channels, or three.
 std::array<double, 3> readGamma(const YamlMap& map) {
@@ -42,12 +43,14 @@ std::array<double, 3> readGamma(const YamlMap& map) {
 }
 
 /// Relative to the folder, as the lens's file is.
-std::vector<std::uint8_t> readColors(const YamlMap& map, const std::string& folder,
-                                     const render::LightSettings& light) {
+void readColors(const YamlMap& map, const std::string& folder, OutputConfig& output) {
+  render::LightSettings& light = output.light;
   if (light.gamma) map.fail(map.at("color"), "either 'gamma' or 'color', which measures it, too");
   const auto path = std::filesystem::path(folder) / map.text("color");
   try {
-    return calib::colorTable(calib::loadColor(path.string()), light.max_brightness);
+    const calib::ColorResponse response = calib::loadColor(path.string());
+    light.colors = calib::colorTable(response, light.max_brightness);
+    output.color_white = response.whiteShare();
   } catch (const std::runtime_error& error) {
     map.fail(map.at("color"), error.what());
   }
@@ -64,7 +67,9 @@ OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   if (map.has("monitor")) output.monitor = map.text("monitor");
   if (map.has("gamma")) output.light.gamma = readGamma(map);
   output.light.max_brightness = map.number("max_brightness", 0, 1, 1);
-  if (map.has("color")) output.light.colors = readColors(map, folder, output.light);
+  if (map.has("color")) readColors(map, folder, output);
+  if (map.has("lumens")) output.lumens = map.number("lumens", 1, kMostLumens);
+  if (map.has("contrast")) output.contrast = map.number("contrast", kLeastContrast, kMostContrast);
   if (map.has("mirror")) {
     output.light.mirror = static_cast<render::Mirror>(map.choice("mirror", render::kMirrorNames));
   }
@@ -76,6 +81,20 @@ bool isTopicName(const std::string& name) {
   const auto isWordCharacter = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
   return !name.empty() && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
          std::all_of(name.begin(), name.end(), isWordCharacter);
+}
+
+bool isBlendWanted(const YamlMap& root) {
+  return root.has("blend") && (root.at("blend").IsMap() || readFlag(root, "blend", false));
+}
+
+/// Refuses a key that some of the projectors lack.
+void requireOfAll(const YamlMap& root, const std::vector<OutputConfig>& outputs, const char* key,
+                  double OutputConfig::*value, const std::string& why) {
+  for (const OutputConfig& output : outputs) {
+    if (output.*value > 0) continue;
+    root.fail(root.at("blend"),
+              fmt::format("projector '{}' has no '{}': {}", output.name, key, why));
+  }
 }
 
 /// Returns the map of the projector of this name.
@@ -163,6 +182,37 @@ std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& fo
     outputs.push_back(std::move(output));
   }
   return outputs;
+}
+
+std::optional<BlendConfig> readBlend(const YamlMap& root,
+                                     const std::vector<OutputConfig>& outputs) {
+  if (!isBlendWanted(root)) return std::nullopt;
+  const YAML::Node node = root.at("blend");
+  BlendConfig blend;
+  if (node.IsMap()) {
+    blend.evens_black = readFlag(root.map(node, "'blend'", {"black"}), "black", false);
+  }
+  if (outputs.size() < 2) root.fail(node, "'blend' is for several 'projectors'");
+  if (outputs.size() > render::LightBlend::kMost) {
+    root.fail(node, fmt::format("at most {} projectors can be blended", render::LightBlend::kMost));
+  }
+  if (!root.has("surfaces")) {
+    root.fail(node, "'blend' needs 'surfaces': where the projectors' light meets");
+  }
+  const auto hasLumens = [](const OutputConfig& output) { return output.lumens > 0; };
+  if (std::any_of(outputs.begin(), outputs.end(), hasLumens)) {
+    requireOfAll(root, outputs, "lumens", &OutputConfig::lumens, "all of them have it, or none");
+  }
+  if (!blend.evens_black) return blend;
+  // Black is raised behind the mask of what is avoided.
+  if (root.has("avoid")) root.fail(node, "evened black would light what 'avoid' keeps dark");
+  requireOfAll(root, outputs, "contrast", &OutputConfig::contrast, "its black is not known");
+  for (const OutputConfig& output : outputs) {
+    if (output.light.colors.empty()) continue;
+    root.fail(node, "black is evened by 'gamma' or sRGB's curve, and projector '" + output.name +
+                        "' has 'color'");
+  }
+  return blend;
 }
 
 }  // namespace afterglow::nodes

@@ -5,11 +5,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "calib/camera_info_file.hpp"
 #include "nodes/tools/yaml_map.hpp"
+#include "render/light_blend.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
 
@@ -30,6 +32,20 @@ struct OutputConfig {
   render::Drawing drawing = render::Drawing::Measured;
   std::string monitor;  ///< connector, model or index; empty: not configured
   render::LightSettings light;
+  // For blending:
+  double lumens = 0;       ///< luminous flux of its full light; 0: not configured
+  double contrast = 0;     ///< full light by black's; 0: not configured
+  double color_white = 1;  ///< share of its full light that its colors' white needs
+
+  render::BlendedProjector blended(const calib::Lens& lens) const {
+    const double white = color_white * light.max_brightness;
+    return {lens, lumens, white, contrast > 0 ? 1 / contrast : 0};
+  }
+};
+
+/// The projectors' shares of the light where several light the same place.
+struct BlendConfig {
+  bool evens_black = false;
 };
 
 /// A projector's picture has at most so many pixels: 8K UHD has 33.2 million. Each takes about ten
@@ -44,6 +60,9 @@ calib::CameraInfoFile loadLens(const OutputConfig& output);
 /// `camera_info` and `color` are relative to `folder`. Throws std::runtime_error "FILE:LINE: what
 /// is wrong".
 std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder);
+
+/// `blend` of a whole configuration; empty: no. Throws as readOutputs does: it lacks what it needs.
+std::optional<BlendConfig> readBlend(const YamlMap& root, const std::vector<OutputConfig>& outputs);
 
 /// Writes a projector's latency_ms, to a tenth of a ms, into its configuration, which stays as it
 /// is otherwise. `name`: which one, among several; may be empty where there is one. Throws

@@ -20,13 +20,14 @@ class ConfigReader {
 
   ProjectorConfig read() {
     const YamlMap root(file_, loadYaml(file_), "the configuration",
-                       {"fixed_frame", "projector", "projectors", "surfaces", "layers",
+                       {"fixed_frame", "projector", "projectors", "blend", "surfaces", "layers",
                         "mesh_roots", "watch", "avoid", "base"});
     config_.fixed_frame = readFrame(root, "fixed_frame");
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
         readOutputs(root, calibration_folder_.empty() ? own_folder : calibration_folder_);
     refuseItselfAsLens(root);
+    config_.blend = readBlend(root, config_.projectors);
     if (root.has("surfaces")) config_.surfaces = readSurfaceConfigs(root);
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);

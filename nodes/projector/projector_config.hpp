@@ -22,6 +22,7 @@ namespace afterglow::nodes {
 struct ProjectorConfig {
   std::string fixed_frame;
   std::vector<OutputConfig> projectors;  ///< projectors; at least one from a file
+  std::optional<BlendConfig> blend;      ///< how their light is shared; empty: each has its own
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)

@@ -125,6 +125,7 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   if (output.avoided_share) {
     addValue(status, "kept dark", fmt::format("{:.1f} %", 100 * *output.avoided_share));
   }
+  if (!output.blending.empty()) addValue(status, "blending", output.blending);
   addValue(status, "renderer", output.renderer);
   if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);
@@ -286,7 +287,7 @@ void ProjectorDiagnostics::addSilences(ProjectorState& state) {
 
 void ProjectorDiagnostics::log(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_image, census, off_mm, avoided] : state.outputs) {
+  for (const auto& [name, renderer, of_image, census, off_mm, avoided, blending] : state.outputs) {
     for (const std::string& problem : of_image) {
       const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
       problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())

@@ -30,6 +30,7 @@ struct OutputState {
   std::vector<render::LayerCensus> census;
   std::optional<double> light_off_mm = std::nullopt;   ///< LightOffset::mm()
   std::optional<double> avoided_share = std::nullopt;  ///< ProjectorOutput::avoidedShare()
+  std::string blending = {};  ///< how it shares light with others; empty: it does not
 };
 
 /// The state of the node, of its projectors and of its layers.

@@ -1,5 +1,6 @@
 #include "nodes/projector/projector_node.hpp"
 
+#include <fmt/format.h>
 #include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/Marker.h>
@@ -46,6 +47,18 @@ ProjectorConfig loadConfig(const ProjectorNodeOptions& options) {
   return config;
 }
 
+std::string blendingWords(const render::LightBlend::Summary& summary) {
+  std::string words = fmt::format("{:.0f} % of its picture is shared", 100 * summary.shared);
+  if (summary.dimmed < 1) {
+    words +=
+        fmt::format(", evened: dimmed to {:.0f} % where it is brightest", 100 * summary.dimmed);
+  }
+  if (summary.raised > 0) {
+    words += fmt::format(", black raised to {:.2f} % of its light", 100 * summary.raised);
+  }
+  return words;
+}
+
 /// Ends the renderers before the context they draw in.
 struct RendererEnd {
   const std::vector<std::unique_ptr<ProjectorOutput>>& outputs;
@@ -79,9 +92,14 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
       scene_(loadConfig(options), transforms_, ProjectorScene::MeshReading::BesideDrawing),
       schedule_(options.rate_hz),
       diagnostics_(options.rate_hz) {
+  const std::optional<BlendConfig>& blend = scene_.config().blend;
+  std::vector<render::BlendedProjector> blended;
   for (const OutputConfig& projector : scene_.config().projectors) {
-    outputs_.push_back(std::make_unique<ProjectorOutput>(projector, own_, options.beam_m));
+    outputs_.push_back(
+        std::make_unique<ProjectorOutput>(projector, own_, options.beam_m, blend.has_value()));
+    blended.push_back(projector.blended(outputs_.back()->lens()));
   }
+  if (blend) blend_ = std::make_unique<render::LightBlend>(blended, blend->evens_black);
   problems_.resize(outputs_.size());
   subscribeAll();
   subscribeAvoided();
@@ -297,16 +315,36 @@ void ProjectorNode::drawAll() {
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     outputs_[i]->beginDrawing(scene, poses[i], avoided[i] ? &*avoided[i] : nullptr);
   }
-  for (const auto& output : outputs_) output->finishDrawing(now, drawing_ns, times_);
+  std::vector<std::string> blending = blend(scene, poses);
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    outputs_[i]->finishDrawing(now, drawing_ns, blend_ ? &blend_->light(i) : nullptr, times_);
+  }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_pictures_ = true;
+    blending_ = std::move(blending);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       if (poses[i]) scene_.noteLight(i, ros::Time::now(), *poses[i]);
     }
   }
   pictures_ready_.notify_one();
   for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->takeCensus(scene, poses[i]);
+}
+
+std::vector<std::string> ProjectorNode::blend(
+    const render::Scene& scene, std::vector<std::optional<Rigid<Projector, World>>> poses) {
+  std::vector<std::string> words(outputs_.size());
+  if (!blend_) return words;
+  Lap lap;
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    if (!outputs_[i]->windowProblem().empty()) poses[i].reset();
+  }
+  blend_->update(scene.surfaces, poses);
+  times_.add(Stage::Blended, lap.next());
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    words[i] = poses[i] ? blendingWords(blend_->summary(i)) : "dark: others give its light";
+  }
+  return words;
 }
 
 void ProjectorNode::awaitPictures(std::chrono::milliseconds patience) {
@@ -371,7 +409,8 @@ void ProjectorNode::publishDiagnostics() {
                                problems_[i],
                                {},
                                scene_.lightOffset(i).mm(),
-                               outputs_[i]->avoidedShare()});
+                               outputs_[i]->avoidedShare(),
+                               i < blending_.size() ? blending_[i] : ""});
     }
   }
   state.stages = times_.words();

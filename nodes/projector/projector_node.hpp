@@ -41,6 +41,7 @@
 #include "nodes/projector/transform_listener.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/gl/gl_context.hpp"
+#include "render/light_blend.hpp"
 
 namespace afterglow::nodes {
 
@@ -93,6 +94,10 @@ class ProjectorNode {
   void drawInThread(std::promise<void>& started);
   void drawLoop();
   void drawAll();
+  /// Shares the light among the projectors that have a pose and a screen. Returns words on it, by
+  /// projector.
+  std::vector<std::string> blend(const render::Scene& scene,
+                                 std::vector<std::optional<Rigid<Projector, World>>> poses);
   bool isWaiting() const;
   /// Records the age of a message, where it has a stamp of the past.
   template <typename MessageType>
@@ -112,6 +117,7 @@ class ProjectorNode {
   std::optional<LightAvoidance> avoidance_;  ///< where the configuration says 'avoid'
   ros::Time last_time_;
   std::vector<std::vector<std::string>> problems_;  ///< problems of the last pictures, by projector
+  std::vector<std::string> blending_;               ///< blend()'s words on the last pictures
   std::string failure_;
   bool has_pictures_ = false;  ///< flag for awaitPictures()
   std::condition_variable pictures_ready_;
@@ -121,6 +127,7 @@ class ProjectorNode {
   ros::NodeHandle own_{"~"};
   TransformListener listener_{transforms_};
   std::vector<std::unique_ptr<ProjectorOutput>> outputs_;
+  std::unique_ptr<render::LightBlend> blend_;  ///< blend, where it is configured; for drawing_
   std::vector<ros::Subscriber> subscribers_;
   std::vector<ros::Subscriber> avoided_subscribers_;  ///< by source of 'avoid'
   std::unique_ptr<RobotSurfaceReader> robot_reader_;  ///< where light avoids the robot

@@ -42,11 +42,8 @@ sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirro
 }  // namespace
 
 ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own,
-                                 double beam_m)
-    : config_(config),
-      lens_(lensOf(config)),
-      light_(config.light),
-      counter_(lens_) {
+                                 double beam_m, bool is_blended)
+    : config_(config), lens_(lensOf(config)), light_(config.light, is_blended), counter_(lens_) {
   ros::NodeHandle nh(own, config.name);
   image_publisher_ = nh.advertise<sensor_msgs::Image>("image", 2);
   camera_info_publisher_ = nh.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
@@ -80,7 +77,8 @@ void ProjectorOutput::beginDrawing(const render::Scene& scene,
   begun_in_ = lap.next();
 }
 
-void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns, StageTimes& times) {
+void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns,
+                                    const render::PixelLight* light, StageTimes& times) {
   Lap lap;
   render::Image image;
   {
@@ -90,7 +88,7 @@ void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns, Stag
   if (is_lit_) {
     renderer_->finish(image);
     if (is_masked_) mask_->apply(image);
-    light_.apply(image);
+    light_.apply(image, light);
   } else {
     makeBlack(image, lens_);
   }

@@ -29,9 +29,10 @@ namespace afterglow::nodes {
 class ProjectorOutput {
  public:
   /// Topics lie below `own`, those of a projector with a name below that. The beam (beamMarkers) is
-  /// published so long, in meters; 0: not at all. Throws std::runtime_error: the lens's file, and
-  /// why.
-  ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own, double beam_m);
+  /// published so long, in meters; 0: not at all. `is_blended`: it shares light with others. Throws
+  /// std::runtime_error: the lens's file, and why.
+  ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own, double beam_m,
+                  bool is_blended);
 
   const calib::Lens& lens() const { return lens_; }
   const OutputConfig& config() const { return config_; }
@@ -44,8 +45,9 @@ class ProjectorOutput {
                     const std::optional<Rigid<Projector, World>>& T_projector_world,
                     const std::vector<render::AvoidedPoints>* avoided);
   /// Publishes that picture, begun at ROS time `now` and expected to take so long, and lays it out
-  /// for takePicture().
-  void finishDrawing(ros::Time now, std::int64_t drawing_ns, StageTimes& times);
+  /// for takePicture(). `light`: its pixels'; nullptr: all of theirs.
+  void finishDrawing(ros::Time now, std::int64_t drawing_ns, const render::PixelLight* light,
+                     StageTimes& times);
   /// Counts for census(), once a second; behind the drawing, which does not wait for it.
   void takeCensus(const render::Scene& scene,
                   const std::optional<Rigid<Projector, World>>& T_projector_world);

@@ -310,6 +310,10 @@ SceneSnapshot ProjectorScene::snapshot(ros::Time now) {
   if (!config_.projectors.empty()) {
     snapshot.T_projector_world = projectorPose(0, now, 0, snapshot.problems);
   }
+  for (std::size_t i = 1; i < config_.projectors.size(); ++i) {
+    std::vector<std::string> of_another;
+    snapshot.T_others_world.push_back(projectorPose(i, now, 0, of_another));
+  }
   snapshot.problems.insert(snapshot.problems.end(), problems.begin(), problems.end());
   return snapshot;
 }

@@ -63,6 +63,8 @@ struct SceneSnapshot {
   /// Pose of the first projector. Empty while its pose is unknown or stale: it must then show
   /// nothing.
   std::optional<Rigid<Projector, World>> T_projector_world;
+  /// The same of the other projectors, in their order.
+  std::vector<std::optional<Rigid<Projector, World>>> T_others_world;
   std::vector<std::string> problems;  ///< problems, a line each, for people
 };
 

@@ -7,8 +7,8 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::array<const char*, 7> kNames{"arrived",  "locked", "converted", "scheduled",
-                                            "composed", "drawn",  "published"};
+constexpr std::array<const char*, 8> kNames{"arrived",  "locked",  "converted", "scheduled",
+                                            "composed", "blended", "drawn",     "published"};
 
 /// The least of `sorted` that so large a part of them does not exceed.
 float percentile(const std::vector<float>& sorted, std::size_t percent) {

@@ -19,6 +19,7 @@ enum class Stage {
   Converted,  ///< the message becomes content
   Scheduled,  ///< new content waits for its picture to begin
   Composed,   ///< the scene of this moment, with the wait for it
+  Blended,    ///< several projectors share their light
   Drawn,
   Published,  ///< serialized and handed over; not yet received
 };

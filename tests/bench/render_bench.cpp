@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "render/gl/observer_renderer.hpp"
+#include "render/light_blend.hpp"
 #include "render/light_output.hpp"
 #include "render/paint/dark_mask.hpp"
 #include "render/projector_renderer.hpp"
@@ -139,15 +140,21 @@ void reliefUnderMovingContent(benchmark::State& state) {
 }
 BENCHMARK(reliefUnderMovingContent)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// What color.yaml costs beside drawing: nothing lit, a usual picture, every pixel another color.
+/// 0: nothing lit, 1: a usual picture, 2: every pixel another color.
+Image picture(int kind) {
+  Image drawn{1280, 800, std::vector<std::uint8_t>(3ul * 1280 * 800)};
+  for (std::size_t i = 0; i < drawn.rgb.size() && kind > 0; ++i) {
+    if (kind == 2) drawn.rgb[i] = static_cast<std::uint8_t>(i * i >> 7);
+    if (kind == 1 && i / 3 % 1280 < 128) drawn.rgb[i] = i % 3 == 1 ? 255 : 20;
+  }
+  return drawn;
+}
+
+/// What color.yaml costs beside drawing.
 void lightColors(benchmark::State& state) {
   std::vector<std::uint8_t> table(3ul * 33 * 33 * 33, 100);
   const LightOutput output({{}, 1, Mirror::None, table});
-  Image drawn{1280, 800, std::vector<std::uint8_t>(3ul * 1280 * 800)};
-  for (std::size_t i = 0; i < drawn.rgb.size() && state.range(0) > 0; ++i) {
-    if (state.range(0) == 2) drawn.rgb[i] = static_cast<std::uint8_t>(i * i >> 7);
-    if (state.range(0) == 1 && i / 3 % 1280 < 128) drawn.rgb[i] = i % 3 == 1 ? 255 : 20;
-  }
+  const Image drawn = picture(static_cast<int>(state.range(0)));
   for (auto _ : state) {
     Image image = drawn;
     output.apply(image);
@@ -199,6 +206,44 @@ BENCHMARK(keepDark)
     ->Arg(307'200)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+/// Two projectors over floor and table.
+struct Overlap {
+  std::vector<SurfacePatch> surfaces = {{"floor", {}, {}},
+                                        {"table",
+                                         Rigid<World, Surface>(at(1.5, 0, 0.7).matrix()),
+                                         {{-0.4, -0.3}, {0.4, -0.3}, {0.4, 0.3}, {-0.4, 0.3}}}};
+  LightBlend blend{{{test::lens(1280, 800, 1100, 640, 500, kBent), 2000, 1, 0.001},
+                    {test::lens(1280, 800, 1100, 640, 500, kBent), 1500, 1, 0.001}},
+                   false};
+
+  void share() {
+    const auto other = test::lookAt<Projector>({2.8, 0.4, 1.9}, {1.6, 0, 0}).inverse();
+    blend.update(surfaces, {moved(kProjector.inverse()), other});
+  }
+};
+
+/// The shares of both, where one of them has moved.
+void lightShares(benchmark::State& state) {
+  Overlap overlap;
+  for (auto _ : state) overlap.share();
+  state.counters["shared"] = overlap.blend.summary(0).shared;
+}
+BENCHMARK(lightShares)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// A projector's image by its shares.
+void lightShared(benchmark::State& state) {
+  Overlap overlap;
+  overlap.share();
+  const LightOutput output({{}, 1, Mirror::None, {}}, true);
+  const Image drawn = picture(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    Image image = drawn;
+    output.apply(image, &overlap.blend.light(0));
+    benchmark::DoNotOptimize(image);
+  }
+}
+BENCHMARK(lightShared)->DenseRange(0, 2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void observerFrame(benchmark::State& state) {
   GlContext context;

@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/image_encodings.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "nodes/projector/projector_scene.hpp"
 #include "render/projector_renderer.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/golden.hpp"
+#include "tests/support/image_measures.hpp"
 
 namespace afterglow::nodes::floor_layers_gl_test {
 namespace {
@@ -86,6 +88,23 @@ class FloorLayers : public test::GlTest {
     for (std::size_t i = 0; i < gl.rgb.size(); ++i) sum += std::abs(gl.rgb[i] - cpu.rgb[i]);
     EXPECT_LT(sum / static_cast<double>(gl.rgb.size()), 1.5);
     EXPECT_TRUE(render::isLit(gl));
+  }
+
+  /// Where rectangles meet, along edges and at corners, nothing shines through.
+  void expectNoLines(int least) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = Eigen::Vector3d(1, -1, -1).asDiagonal() *
+                 Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+    T.translation().z() = 3;
+    const Rigid<Projector, World> pose(T);
+    const render::Image image = test::painted(all_, pose);
+    int darkest = 255;
+    for (int v = 45; v < 75; ++v) {
+      for (int u = 60; u < 100; ++u) {
+        for (int i = 0; i < 3; ++i) darkest = std::min<int>(darkest, test::pixelAt(image, u, v)[i]);
+      }
+    }
+    EXPECT_GE(darkest, least);
   }
 
  private:
@@ -189,6 +208,38 @@ TEST_F(FloorLayers, ofAnImageThatLiesOnTheFloor) {
   }
   show(image, "size: 2.4, offset: [-0.2, 0.1, 0]");
   expectGolden("image");
+}
+
+/// A quarter of them true.
+std::vector<bool> noise() {
+  std::vector<bool> all;
+  std::uint32_t random = 1;
+  for (int i = 0; i < 60 * 60; ++i) {
+    random = random * 1664525u + 1013904223u;
+    all.push_back(random >> 30 == 0);
+  }
+  return all;
+}
+
+TEST_F(FloorLayers, ofImagesHaveNoLinesBetweenTheirPixels) {
+  sensor_msgs::Image image;
+  image.header.frame_id = "camera";
+  image.width = image.height = image.step = 60;
+  image.encoding = sensor_msgs::image_encodings::MONO8;
+  for (const bool is_darker : noise()) image.data.push_back(is_darker ? 252 : 255);
+  show(image, "size: 3");
+  expectNoLines(250);
+}
+
+TEST_F(FloorLayers, ofMapsHaveNoLinesBetweenTheirCells) {
+  nav_msgs::OccupancyGrid map;
+  map.header = inMap();
+  map.info.width = map.info.height = 60;
+  map.info.resolution = 0.05f;
+  map.info.origin = pose(-1.5, -1.5, 0);
+  for (const bool is_darker : noise()) map.data.push_back(is_darker ? 1 : 0);
+  show(map, "alpha: 1");
+  expectNoLines(250);
 }
 
 }  // namespace

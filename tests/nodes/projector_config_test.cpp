@@ -316,6 +316,46 @@ TEST_F(ProjectorConfigTest, readsSeveralProjectorsAndTheirLight) {
             ":2: 'max_brightness' of 'projector' should be a number from 0 to 1, not '2'");
 }
 
+TEST_F(ProjectorConfigTest, readsWhetherAndHowProjectorsShareTheirLight) {
+  const std::string layers = "layers: [{topic: /c, type: sensor_msgs/PointCloud2}]\n";
+  const std::string floor = "surfaces: {floor: {frame: map}}\n";
+  const auto with = [&](const std::string& left, const std::string& right, const std::string& blend,
+                        const std::string& surfaces) {
+    return "fixed_frame: map\nprojectors:\n  left: {camera_info: l.yaml, frame: l" + left +
+           "}\n  right: {camera_info: r.yaml, frame: r" + right + "}\nblend: " + blend + "\n" +
+           surfaces + layers;
+  };
+  EXPECT_FALSE(load(with("", "", "false", floor)).blend);
+  const ProjectorConfig plain = load(with("", "", "true", floor));
+  ASSERT_TRUE(plain.blend);
+  EXPECT_FALSE(plain.blend->evens_black);
+  EXPECT_EQ(plain.projectors[0].blended({}).lumens, 0);
+  EXPECT_EQ(plain.projectors[0].blended({}).black, 0);
+  const ProjectorConfig known = load(with(", lumens: 2000, contrast: 500, max_brightness: 0.5",
+                                          ", lumens: 900, contrast: 1000", "{black: true}", floor));
+  EXPECT_TRUE(known.blend.value().evens_black);
+  EXPECT_EQ(known.projectors[0].blended({}).lumens, 2000);
+  EXPECT_EQ(known.projectors[0].blended({}).white, 0.5);
+  EXPECT_EQ(known.projectors[0].blended({}).black, 0.002);
+
+  EXPECT_EQ(fault(with("", "", "yes please", floor)),
+            ":5: unknown blend 'yes please' in the configuration; known: false, true");
+  EXPECT_EQ(fault(with("", "", "{white: true}", floor)),
+            ":5: unknown key 'white' in 'blend'; known: black");
+  EXPECT_EQ(fault(with("", "", "true", "")),
+            ":5: 'blend' needs 'surfaces': where the projectors' light meets");
+  EXPECT_EQ(fault(with(", lumens: 2000", "", "true", floor)),
+            ":5: projector 'right' has no 'lumens': all of them have it, or none");
+  EXPECT_EQ(fault(with(", contrast: 500", "", "{black: true}", floor)),
+            ":5: projector 'right' has no 'contrast': its black is not known");
+  EXPECT_EQ(fault(with(", contrast: 500", ", contrast: 500", "{black: true}",
+                       floor + "avoid: {from: []}\n")),
+            ":5: evened black would light what 'avoid' keeps dark");
+  EXPECT_EQ(fault(with(", lumens: 0", "", "true", floor)),
+            ":3: 'lumens' of projector 'left' should be a number from 1 to 100000, not '0'");
+  EXPECT_EQ(fault(kHead + kCloud + "}\nblend: true\n"), ":7: 'blend' is for several 'projectors'");
+}
+
 TEST_F(ProjectorConfigTest, readsHowColorsLook) {
   std::vector<calib::ColorSample> samples;
   for (const calib::Rgb& shown : calib::colorsToShow()) {

@@ -283,6 +283,41 @@ TEST_P(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
   EXPECT_EQ(whole.images(), 0u);
 }
 
+TEST_P(ProjectorNodeTest, sharesTheLightOfSeveralProjectorsWhereTheyMeet) {
+  const test::ProjectedCloud cloud(GetParam());
+  const ros::Publisher transforms = publishTransforms(cloud);
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
+  clouds.publish(test::cloudMessage("base_link", cloud.points));
+  const std::string lens = "{camera_info: projector.yaml, frame: ";
+  Audience left("shared/left"), right("shared/right"), whole("shared");
+  Node node("shared",
+            writeConfig("fixed_frame: map\n"
+                        "projectors:\n"
+                        "  left: " +
+                        lens +
+                        "projector_optical_frame}\n"
+                        "  right: " +
+                        lens +
+                        "projector_optical_frame, gamma: 2}\n"
+                        "  lost: " +
+                        lens +
+                        "no_such_frame}\n"
+                        "blend: true\n"
+                        "surfaces: {floor: {frame: base_link}}\n"
+                        "layers:\n"
+                        "  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points,"
+                        " size: 3}\n"),
+            cloud);
+  ASSERT_TRUE(eventually(
+      [&] { return test::litPixels(left.image()) > 0 && test::litPixels(right.image()) > 0; }));
+  EXPECT_EQ(brightest(left.image(), 0), 188);   // half of white's light
+  EXPECT_EQ(brightest(right.image(), 0), 180);  // the same by the power of 2
+  cloud.expectLit(left.image());
+  EXPECT_TRUE(whole.isSaid("shared: projector left", "blending=100 % of its picture is shared"));
+  EXPECT_TRUE(whole.isSaid("shared: projector left", "time: blended=p50 "));
+  EXPECT_TRUE(whole.isSaid("shared: projector lost", "blending=dark: others give its light"));
+}
+
 TEST_P(ProjectorNodeTest, showsTheNewestWholeAndTellsOfItWhereThereIsMoreToDrawThanTime) {
   const test::ProjectedCloud cloud(GetParam());
   const ros::Publisher transforms = publishTransforms(cloud);

@@ -7,6 +7,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <visualization_msgs/Marker.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -154,6 +155,22 @@ TEST_P(RenderVerb, drawsOneOfSeveralProjectorsAsItIsSent) {
   EXPECT_NE(result.output.find("no projector 'up' in the configuration; known: left, right"),
             std::string::npos)
       << result.output;
+}
+
+TEST_P(RenderVerb, drawsAProjectorsShareOfTheLightAsItIsSent) {
+  std::string text = kConfig;
+  const std::string one = "projector: {",
+                    values = "camera_info: projector.yaml, frame: projector_optical_frame";
+  text.replace(text.find(one), text.find("}\n") + 2 - text.find(one),
+               "projectors:\n  left: {" + values + "}\n  right: {" + values +
+                   "}\n  up: {camera_info: projector.yaml, frame: no_such_frame}\n"
+                   "blend: true\nsurfaces: {floor: {frame: base_link}}\n");
+  std::ofstream(config_) << text;
+  const ProgramResult result = render(bag_, png_, {"--projector", "right"});
+  ASSERT_EQ(result.status, 0) << result.output;
+  const render::Image right = readPng(png_);
+  cloud_.expectLit(right);
+  EXPECT_EQ(*std::max_element(right.rgb.begin(), right.rgb.end()), 188);  // half of white's light
 }
 
 TEST_P(RenderVerb, makesAVideoOfTheWholeBehavior) {

@@ -130,6 +130,52 @@ TEST(LightOutput, sendsWhatTheTableHasForAColor) {
   EXPECT_THROW(LightOutput{settings}, std::invalid_argument);
 }
 
+TEST(LightOutput, givesEachPixelItsShareInLight) {
+  for (const bool has_gamma : {false, true}) {
+    LightSettings settings;
+    settings.max_brightness = 0.8;
+    if (has_gamma) settings.gamma = {{1.8, 2.2, 2.8}};
+    Image image{3, 1, {0, 90, 255, 0, 90, 255, 0, 90, 255}};
+    const PixelLight light{{65535, 32768, 6554}, {}};
+    LightOutput(settings, true).apply(image, &light);
+    for (int x = 0; x < 3; ++x) {
+      const double share = 0.8 * std::array<double, 3>{1, 0.5, 0.1}[static_cast<std::size_t>(x)];
+      const auto sent = [&](std::size_t channel, double v) {
+        return has_gamma ? std::pow(v / 255, (*settings.gamma)[channel])
+                         : srgbLight(static_cast<int>(v));
+      };
+      EXPECT_EQ(at(image, x, 0)[0], 0);
+      EXPECT_NEAR(sent(1, at(image, x, 0)[1]), share * srgbLight(90), 0.0025) << x;
+      EXPECT_NEAR(sent(2, at(image, x, 0)[2]), share, 0.008) << x;
+    }
+  }
+}
+
+TEST(LightOutput, raisesBlackAndMirrorsBehindIt) {
+  LightSettings settings;
+  settings.mirror = Mirror::Horizontal;
+  const LightOutput output(settings, true);
+  Image image{2, 1, {0, 0, 0, 255, 255, 255}};
+  const PixelLight light{{}, {6554, 6554}};
+  output.apply(image, &light);
+  EXPECT_EQ(at(image, 0, 0)[0], 255);
+  EXPECT_NEAR(srgbLight(at(image, 1, 0)[0]), 0.1, 0.004);
+  Image full{2, 1, {1, 20, 200, 255, 128, 0}};
+  output.apply(full, nullptr);
+  EXPECT_EQ(at(full, 1, 0), (std::array<int, 3>{1, 20, 200}));
+  const PixelLight all;
+  output.apply(full, &all);
+  EXPECT_EQ(at(full, 0, 0), (std::array<int, 3>{1, 20, 200}));
+}
+
+TEST(LightOutput, takesTheLightOfItsOwnPixelsOnly) {
+  Image image{2, 1, {0, 0, 0, 255, 255, 255}};
+  const PixelLight light{{1, 2, 3}, {}};
+  EXPECT_THROW(LightOutput({}, true).apply(image, &light), std::logic_error);
+  const PixelLight fitting{{1, 2}, {}};
+  EXPECT_THROW(LightOutput(LightSettings{}).apply(image, &fitting), std::logic_error);
+}
+
 TEST(LightOutput, mapsAndMirrorsEveryPixelOnce) {
   LightSettings settings;
   settings.mirror = Mirror::Both;

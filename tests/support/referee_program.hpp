@@ -1,6 +1,6 @@
 /// \file
-/// The independent referee of where light lands, tests/referee/procam_sim.py, which shares no code
-/// with what it judges.
+/// The independent referee of where light lands, tests/referee/procam_sim.py, and of how bright it
+/// is together, light_sum.py, which share no code with what they judge.
 #pragma once
 
 #include <cstdlib>
@@ -9,10 +9,12 @@
 namespace afterglow::test {
 
 inline const std::string kReferee = "tests/referee/procam_sim.py";
+inline const std::string kLightSum = "tests/referee/light_sum.py";
 
 /// Its exit status; what it says on stderr goes to the end of the log.
-inline int runReferee(const std::string& arguments, const std::string& log = "/dev/null") {
-  return std::system((kReferee + " " + arguments + " 2>> " + log).c_str());
+inline int runReferee(const std::string& arguments, const std::string& log = "/dev/null",
+                      const std::string& program = kReferee) {
+  return std::system((program + " " + arguments + " 2>> " + log).c_str());
 }
 
 /// Why it cannot judge here, or empty.
