@@ -7,6 +7,7 @@
 
 #include "replay/messages/text.hpp"
 #include "replay/ros2/ros2_definition.hpp"
+#include "replay/ros2/twist_stamp.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -16,6 +17,9 @@ namespace {
 constexpr auto kMeeting = std::chrono::seconds(1);
 /// Messages of a topic that are kept for those who come later.
 constexpr std::int32_t kKept = 100;
+/// Velocities that wait for a robot that does not hear for a while: it must not drive what was
+/// meant seconds ago when it hears again.
+constexpr std::int32_t kMostVelocities = 10;
 
 std::string valueOf(const ros::M_string& header, const std::string& key) {
   const auto found = header.find(key);
@@ -62,7 +66,9 @@ DdsWriter& TopicToRos2::writerOf(const Source& source) {
     DdsQos qos{true, true, 1};
     if (is_common) qos = {true, options_.is_transient_local, options_.depth};
     if (is_common && options_.is_transient_local) qos.depth = std::min(kKept, qos.depth);
-    qos.is_counted = !qos.is_transient_local;
+    const bool is_velocity = !replay::otherTwist(replay::ros1TypeName(options_.ros2_type)).empty();
+    if (is_velocity) qos.depth = std::min(kMostVelocities, qos.depth);
+    qos.is_counted = !qos.is_transient_local && !is_velocity;
     writer = std::make_unique<DdsWriter>(participant_, replay::ddsTopicName(options_.topic),
                                          replay::ddsTypeName(options_.ros2_type), qos);
   }
