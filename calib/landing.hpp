@@ -21,6 +21,17 @@ std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& 
   return landing(lens, pixel, T_optical_surface.matrix());
 }
 
+/// Returns true if the point lies in the polygon, by the even-odd rule.
+inline bool isInside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
+  bool inside = false;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[i == 0 ? polygon.size() - 1 : i - 1];
+    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+    if (p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y())) inside = !inside;
+  }
+  return inside;
+}
+
 /// The error of one corner of a tag of light.
 struct LandingError {
   int tag_id = 0;

@@ -29,7 +29,15 @@ constexpr std::array<TablePlace, 256> tablePlaces() {
 }
 constexpr std::array<TablePlace, 256> kTablePlaces = tablePlaces();
 
+constexpr auto kAsItIs = [](auto, std::uint8_t value) { return value; };
+
 }  // namespace
+
+LightOutput::LightOutput(const LightSettings& settings, const calib::Lens& lens)
+    : LightOutput(settings) {
+  if (settings.textures.empty()) return;
+  textures_ = std::make_unique<TextureLight>(lens, settings.textures, settings.max_brightness);
+}
 
 LightOutput::LightOutput(const LightSettings& settings, bool is_blended)
     : is_identity_(settings.mirror == Mirror::None &&
@@ -79,10 +87,9 @@ void LightOutput::recolor(std::uint8_t* pixel) const {
 }
 
 /// Most of a picture is black, and what is lit has few colors, side by side.
-void LightOutput::recolor(Image& image) const {
+void LightOutput::recolor(std::uint8_t* begin, std::uint8_t* end) const {
   std::array<std::uint8_t, 3> last{}, sent{};
-  for (std::size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
-    std::uint8_t* const pixel = image.rgb.data() + i;
+  for (std::uint8_t* pixel = begin; pixel < end; pixel += 3) {
     if ((pixel[0] | pixel[1] | pixel[2]) == 0) continue;
     if (pixel[0] != last[0] || pixel[1] != last[1] || pixel[2] != last[2]) {
       std::copy_n(pixel, 3, last.begin());
@@ -115,12 +122,29 @@ void LightOutput::blend(Image& image, const PixelLight& light) const {
 
 void LightOutput::apply(Image& image, const PixelLight* light) const {
   if (light != nullptr) blend(image, *light);
-  if (!colors_.empty()) recolor(image);
+  if (!colors_.empty()) recolor(image.rgb.data(), image.rgb.data() + image.rgb.size());
   if (light != nullptr) {
-    if (flips_columns_ || flips_rows_) mirror(image, [](auto, std::uint8_t v) { return v; });
+    if (flips_columns_ || flips_rows_) mirror(image, kAsItIs);
   } else if (!is_identity_) {
     mirror(image, [this](auto channel, std::uint8_t v) { return tables_[channel][v]; });
   }
+}
+
+void LightOutput::apply(Image& image, const std::vector<SurfacePatch>& surfaces,
+                        const Rigid<Projector, World>& T_projector_world) {
+  if (!textures_) return apply(image);
+  textures_->apply(image, surfaces, T_projector_world,
+                   [this](std::uint8_t* begin, std::uint8_t* end) {
+                     if (!colors_.empty()) return recolor(begin, end);
+                     for (std::uint8_t* pixel = begin; pixel < end; pixel += 3) {
+                       for (std::size_t i = 0; i < 3; ++i) pixel[i] = tables_[i][pixel[i]];
+                     }
+                   });
+  if (flips_columns_ || flips_rows_) mirror(image, kAsItIs);
+}
+
+std::vector<TextureReport> LightOutput::textureReports() const {
+  return textures_ ? textures_->reports() : std::vector<TextureReport>();
 }
 
 /// Gives each pixel and its partner their new values, each in the other's place. They may be one

@@ -1,15 +1,21 @@
 /// \file
 /// The way from the drawn image to the one that is sent to a projector: the projector's measured
-/// response or colors, the limit of its light, its mirrors. GL-free.
+/// response, colors or surfaces' textures, the limit of its light, its mirrors. GL-free.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "calib/color/texture.hpp"
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
 #include "render/scene/image.hpp"
+#include "render/scene/scene.hpp"
+#include "render/texture_light.hpp"
 
 namespace afterglow::render {
 
@@ -33,6 +39,8 @@ struct LightSettings {
   /// The values to send for colors (calib::colorTable), with gamma and limit of light in it; empty:
   /// as drawn.
   std::vector<std::uint8_t> colors{};
+  /// Surfaces that are not even, by their names: other light goes by gamma or colors.
+  std::vector<calib::SurfaceTexture> textures{};
 };
 
 /// The light of each pixel of one projector's image among several projectors' (light_blend.hpp),
@@ -44,19 +52,28 @@ struct PixelLight {
   std::vector<std::uint16_t> raise;
 };
 
-/// Tables made once, for images of one projector. Any thread; black stays black, unless it is to be
-/// raised. Throws std::invalid_argument for a table of colors of another size.
+/// Tables made once, for images of one projector. Black stays black, unless it is to be raised.
+/// Throws std::invalid_argument for a table of colors of another size.
 class LightOutput {
  public:
-  /// `is_blended`: images may come with the light of their pixels.
+  /// For images that are not thrown on surfaces: textures are left out. `is_blended`: images may
+  /// come with the light of their pixels.
   explicit LightOutput(const LightSettings& settings, bool is_blended = false);
-  /// Changes the image in place. Settings that say nothing cost nothing. `light`: of an image that
-  /// is blended with others. Throws std::logic_error for the light of another number of pixels, or
-  /// where this is not for such images.
+  LightOutput(const LightSettings& settings, const calib::Lens& lens);
+
+  /// Changes the image in place; any thread. Settings that say nothing cost nothing. `light`: of an
+  /// image that is blended with others. Throws std::logic_error for the light of another number of
+  /// pixels, or where this is not for such images.
   void apply(Image& image, const PixelLight* light = nullptr) const;
+  /// The same of an image for surfaces, drawn through the lens from this pose; from one thread at a
+  /// time.
+  void apply(Image& image, const std::vector<SurfacePatch>& surfaces,
+             const Rigid<Projector, World>& T_projector_world);
+  /// By textured surface, of the last image.
+  std::vector<TextureReport> textureReports() const;
 
  private:
-  void recolor(Image& image) const;
+  void recolor(std::uint8_t* begin, std::uint8_t* end) const;
   /// Interpolates between the eight colors of the table around the pixel's.
   void recolor(std::uint8_t* pixel) const;
   void blend(Image& image, const PixelLight& light) const;
@@ -70,6 +87,7 @@ class LightOutput {
   /// The values to send for each light, by channel; empty: not for images that are blended.
   std::array<std::vector<std::uint8_t>, 3> sent_;
   std::vector<std::uint8_t> colors_;
+  std::unique_ptr<TextureLight> textures_;
 };
 
 }  // namespace afterglow::render

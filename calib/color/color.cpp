@@ -78,18 +78,10 @@ double luminance(const Eigen::Vector3d& light) {
   return light.dot(Eigen::Vector3d(0.2126, 0.7152, 0.0722));
 }
 
-Eigen::Vector3d lightOf(const Rgb& color) {
-  return {lightOfSrgb(color[0] / 255.0), lightOfSrgb(color[1] / 255.0),
-          lightOfSrgb(color[2] / 255.0)};
-}
-
-/// A response made quick to turn round.
-class ColorInverse {
+/// The values to send for light, channel by channel.
+class ResponseInverse {
  public:
-  explicit ColorInverse(const ColorResponse& response)
-      : response_(response),
-        M_light_seen_(response.M_seen_light.inverse()),
-        white_(response.white()) {
+  explicit ResponseInverse(const ColorResponse& response) : response_(response) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       for (const double light : response.response[channel]) coded_[channel].push_back(coded(light));
       // Levels that give the same light cannot be told apart: the lowest is sent.
@@ -98,6 +90,25 @@ class ColorInverse {
       }
     }
   }
+
+  std::uint8_t send(std::size_t channel, double light) const {
+    const double level = between(coded_[channel], response_.levels, coded(light));
+    return static_cast<std::uint8_t>(std::lround(level));
+  }
+
+ private:
+  const ColorResponse& response_;
+  std::array<std::vector<double>, 3> coded_;
+};
+
+/// A response made quick to turn round.
+class ColorInverse {
+ public:
+  explicit ColorInverse(const ColorResponse& response)
+      : response_(response),
+        inverse_(response),
+        M_light_seen_(response.M_seen_light.inverse()),
+        white_(response.white()) {}
 
   SentColor send(const Rgb& wanted, double brightness) const {
     if (wanted == Rgb{}) return {};
@@ -130,17 +141,16 @@ class ColorInverse {
     SentColor sent;
     for (int i = 0; i < 3; ++i) {
       const auto channel = static_cast<std::size_t>(i);
-      const double level = between(coded_[channel], response_.levels, coded(light[i]));
-      sent.sent[channel] = static_cast<std::uint8_t>(std::lround(level));
+      sent.sent[channel] = inverse_.send(channel, light[i]);
     }
     sent.off = colorDifference(labOf(response_.seen(sent.sent) / white_), labOf(target));
     return sent;
   }
 
   const ColorResponse& response_;
+  ResponseInverse inverse_;
   Eigen::Matrix3d M_light_seen_;
   double white_;
-  std::array<std::vector<double>, 3> coded_;
 };
 
 std::string hexText(const Rgb& color) {
@@ -331,6 +341,11 @@ double srgbOfLight(double light) {
   return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
+Eigen::Vector3d lightOf(const Rgb& color) {
+  return {lightOfSrgb(color[0] / 255.0), lightOfSrgb(color[1] / 255.0),
+          lightOfSrgb(color[2] / 255.0)};
+}
+
 Eigen::Vector3d labOf(const Eigen::Vector3d& light) {
   Eigen::Matrix3d to_xyz;  // IEC 61966-2-1
   to_xyz << 0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505;
@@ -361,7 +376,7 @@ double colorDifference(const Eigen::Vector3d& lab_a, const Eigen::Vector3d& lab_
   return std::sqrt(std::max(0.0, l * l + c * c + H * H + RT * c * H));
 }
 
-Eigen::Vector3d ColorResponse::seen(const Rgb& sent) const {
+Eigen::Vector3d ColorResponse::light(const Rgb& sent) const {
   Eigen::Vector3d light;
   for (int i = 0; i < 3; ++i) {
     const auto channel = static_cast<std::size_t>(i);
@@ -375,15 +390,31 @@ Eigen::Vector3d ColorResponse::seen(const Rgb& sent) const {
     const double below = coded(response[channel][k - 1]);
     light[i] = lightOfSrgb(below + share * (coded(response[channel][k]) - below));
   }
-  return dark + M_seen_light * light;
+  return light;
+}
+
+std::array<std::vector<std::uint8_t>, 3> ColorResponse::valuesToSend(int count) const {
+  const ResponseInverse inverse(*this);
+  std::array<std::vector<std::uint8_t>, 3> values;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (int i = 0; i < count; ++i) {
+      values[channel].push_back(inverse.send(channel, static_cast<double>(i) / (count - 1)));
+    }
+  }
+  return values;
 }
 
 double ColorResponse::white() const {
-  // The light of gray g is g * per_gray - in_dark; each channel's ends at 1.
-  const Eigen::Matrix3d inverse = M_seen_light.inverse();
-  const Eigen::Vector3d per_gray = inverse * Eigen::Vector3d::Ones(), in_dark = inverse * dark;
+  const Eigen::Matrix3d M_light_seen = M_seen_light.inverse();
+  return brightestGray(M_light_seen, M_light_seen * dark);
+}
+
+double brightestGray(const Eigen::Matrix3d& M_light_seen, const Eigen::Vector3d& in_dark,
+                     double most) {
+  // The light of gray g is g * per_gray - in_dark; each channel's ends at `most`.
+  const Eigen::Vector3d per_gray = M_light_seen.rowwise().sum();
   if (!per_gray.allFinite() || per_gray.minCoeff() <= 0) return 0;
-  const double gray = ((in_dark.array() + 1) / per_gray.array()).minCoeff();
+  const double gray = ((in_dark.array() + most) / per_gray.array()).minCoeff();
   const Eigen::Vector3d light = gray * per_gray - in_dark;
   return light.minCoeff() >= 0 ? gray : 0;
 }
@@ -455,11 +486,14 @@ ColorFit fitColor(const std::vector<ColorSample>& samples) {
 }
 
 std::string colorYaml(const ColorFit& fit) {
-  const ColorResponse& response = fit.response;
-  std::string text =
-      "# How the projector's colors look on a surface, by `afterglow calibrate color`; `color` of\n"
-      "# a projector's configuration names this file. seen = dark + M_seen_light * response.\n";
-  text += "levels: " + numbersText(response.levels) + "\n";
+  return "# How the projector's colors look on a surface, by `afterglow calibrate color`; `color` "
+         "of\n"
+         "# a projector's configuration names this file. seen = dark + M_seen_light * response.\n" +
+         responseYaml(fit.response);
+}
+
+std::string responseYaml(const ColorResponse& response) {
+  std::string text = "levels: " + numbersText(response.levels) + "\n";
   for (std::size_t channel = 0; channel < 3; ++channel) {
     text += std::string(kChannels[channel]) + ": " + numbersText(response.response[channel]) + "\n";
   }
@@ -473,10 +507,14 @@ std::string colorYaml(const ColorFit& fit) {
 }
 
 ColorResponse loadColor(const std::string& path) {
-  const YamlSource file(path);
-  const std::string what = "a color calibration";
-  file.requireKeys(file.root(), what,
-                   {"levels", "red", "green", "blue", "M_seen_light", "dark"});
+  return readResponse(YamlSource(path), "a color calibration", {});
+}
+
+ColorResponse readResponse(const YamlSource& file, const std::string& what,
+                           const std::vector<std::string>& other_keys) {
+  std::vector<std::string> keys = {"levels", "red", "green", "blue", "M_seen_light", "dark"};
+  keys.insert(keys.end(), other_keys.begin(), other_keys.end());
+  file.requireKeys(file.root(), what, keys);
   const auto at = [&](const char* key) { return file.at(file.root(), key, what); };
   ColorResponse response;
   const YAML::Node levels = at("levels"), rows = at("M_seen_light");

@@ -15,6 +15,8 @@
 
 namespace afterglow::calib {
 
+class YamlSource;
+
 /// IEC 61966-2-1: the light of a coded value, 0 to 1, and back. Beyond 0 to 1 the curve goes on.
 double lightOfSrgb(double coded);
 double srgbOfLight(double light);
@@ -29,11 +31,20 @@ double colorDifference(const Eigen::Vector3d& lab_a, const Eigen::Vector3d& lab_
 
 using Rgb = std::array<std::uint8_t, 3>;
 
+/// Linear light of sRGB.
+Eigen::Vector3d lightOf(const Rgb& color);
+
 /// A photograph: the color that the whole picture had, and how the surface then looked.
 struct ColorSample {
   Rgb shown{};
   Eigen::Vector3d seen = Eigen::Vector3d::Zero();
 };
+
+/// Returns the brightest gray that can be reached where the light for a color is M_light_seen *
+/// seen
+/// - in_dark, and each channel's goes from 0 to `most`. 0: there is none.
+double brightestGray(const Eigen::Matrix3d& M_light_seen, const Eigen::Vector3d& in_dark,
+                     double most = 1);
 
 /// seen = dark + M_seen_light * (response of red, green, blue).
 struct ColorResponse {
@@ -43,7 +54,11 @@ struct ColorResponse {
   Eigen::Matrix3d M_seen_light = Eigen::Matrix3d::Identity();
   Eigen::Vector3d dark = Eigen::Vector3d::Zero();  ///< the room's light, and the projector's black
 
-  Eigen::Vector3d seen(const Rgb& sent) const;
+  /// Returns each channel's light, 0 to 1, for these values.
+  Eigen::Vector3d light(const Rgb& sent) const;
+  Eigen::Vector3d seen(const Rgb& sent) const { return dark + M_seen_light * light(sent); }
+  /// Returns, channel by channel, the values to send for `count` lights, evenly from 0 to 1.
+  std::array<std::vector<std::uint8_t>, 3> valuesToSend(int count) const;
   /// The brightest gray that can be reached: what white (1, 1, 1) is shown as. 0: there is none.
   double white() const;
   /// The share of the projector's full light, by luminance, that white() takes.
@@ -101,5 +116,10 @@ ColorFit fitColor(const std::vector<ColorSample>& samples);
 std::string colorYaml(const ColorFit& fit);
 /// Throws std::runtime_error "FILE:LINE: what is wrong".
 ColorResponse loadColor(const std::string& path);
+
+/// The same as a part of a file that has other keys, too.
+std::string responseYaml(const ColorResponse& response);
+ColorResponse readResponse(const YamlSource& file, const std::string& what,
+                           const std::vector<std::string>& other_keys);
 
 }  // namespace afterglow::calib

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "calib/color/color.hpp"
+#include "calib/color/color_files.hpp"
 #include "calib/picture.hpp"
 
 namespace afterglow::calib {
@@ -18,13 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLitShare = 0.5, kLeastLit = 0.01, kMostOverexposed = 0.005;
-constexpr int kBrightest = 250;  // of 255: beyond it a camera clips
 constexpr int kLeastSide = 16;
-
-struct ColorFile {
-  std::string path;
-  Rgb shown;
-};
 
 /// NN_rrggbb; empty: another file.
 std::optional<Rgb> shownIn(const std::string& stem) {
@@ -38,40 +33,6 @@ std::optional<Rgb> shownIn(const std::string& stem) {
   const unsigned long value = std::stoul(stem.substr(line + 1), nullptr, 16);
   return Rgb{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8 & 0xff),
              static_cast<std::uint8_t>(value & 0xff)};
-}
-
-std::vector<ColorFile> colorFiles(const std::string& folder) {
-  std::vector<ColorFile> files;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    std::string ending = entry.path().extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
-    if (const auto shown = shownIn(entry.path().stem().string())) {
-      files.push_back({entry.path().string(), *shown});
-    }
-  }
-  if (error) throw std::runtime_error(folder + ": cannot be read");
-  std::sort(files.begin(), files.end(),
-            [](const ColorFile& a, const ColorFile& b) { return a.path < b.path; });
-  return files;
-}
-
-cv::Mat loadColors(const std::string& path) {
-  cv::Mat image = readPhotograph(path, cv::IMREAD_COLOR);
-  if (image.cols < kLeastSide || image.rows < kLeastSide) {
-    throw std::runtime_error(path + ": too few pixels");
-  }
-  return image;
-}
-
-/// Linear light of the camera's sRGB.
-cv::Mat linear(const cv::Mat& image) {
-  cv::Mat table(1, 256, CV_32F), light;
-  for (int i = 0; i < 256; ++i) table.at<float>(i) = static_cast<float>(lightOfSrgb(i / 255.0));
-  cv::LUT(image, table, light);
-  return light;
 }
 
 cv::Mat loadFirst(const std::vector<ColorFile>& files, const Rgb& color, const std::string& folder,
@@ -119,6 +80,39 @@ ColorSample sampleOf(const ColorFile& file, const cv::Mat& lit) {
 }
 
 }  // namespace
+
+std::vector<ColorFile> colorFiles(const std::string& folder) {
+  std::vector<ColorFile> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    std::string ending = entry.path().extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (ending != ".png" && ending != ".jpg" && ending != ".jpeg") continue;
+    if (const auto shown = shownIn(entry.path().stem().string())) {
+      files.push_back({entry.path().string(), *shown});
+    }
+  }
+  if (error) throw std::runtime_error(folder + ": cannot be read");
+  std::sort(files.begin(), files.end(),
+            [](const ColorFile& a, const ColorFile& b) { return a.path < b.path; });
+  return files;
+}
+
+cv::Mat loadColors(const std::string& path) {
+  cv::Mat image = readPhotograph(path, cv::IMREAD_COLOR);
+  if (image.cols < kLeastSide || image.rows < kLeastSide) {
+    throw std::runtime_error(path + ": too few pixels");
+  }
+  return image;
+}
+
+cv::Mat linear(const cv::Mat& image) {
+  cv::Mat table(1, 256, CV_32F), light;
+  for (int i = 0; i < 256; ++i) table.at<float>(i) = static_cast<float>(lightOfSrgb(i / 255.0));
+  cv::LUT(image, table, light);
+  return light;
+}
 
 std::size_t writeColorPictures(const std::string& folder, int width, int height) {
   const std::vector<Rgb> colors = colorsToShow();

@@ -9,18 +9,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "calib/landing.hpp"
+
 namespace afterglow::render {
 
-/// Returns true if the point lies inside by the even-odd rule.
-inline bool isInside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
-  bool inside = false;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[i == 0 ? polygon.size() - 1 : i - 1];
-    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
-    if (p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y())) inside = !inside;
-  }
-  return inside;
-}
+using calib::isInside;
 
 /// More than 0: counterclockwise.
 inline double signedArea(const std::vector<Eigen::Vector2d>& polygon) {

@@ -245,6 +245,49 @@ void lightShared(benchmark::State& state) {
 }
 BENCHMARK(lightShared)->DenseRange(0, 2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
+/// What a floor's texture costs beside drawing, the projector moving all the time: nothing lit, a
+/// tenth of the picture, a third of it in ever other colors, all of it in one, all of it in ever
+/// other colors.
+void lightTextures(benchmark::State& state) {
+  calib::SurfaceTexture texture;
+  texture.surface = "floor";
+  texture.color.levels = {0, 255};
+  texture.color.response.fill({0, 1});
+  texture.cell = 0.0025;
+  texture.columns = texture.rows = 1200;
+  texture.origin = {0, -1.5};
+  texture.density = 0.5;
+  for (int i = 0; i < texture.columns * texture.rows; ++i) {
+    const float albedo = 0.3f + 0.01f * static_cast<float>(i % 49);
+    Eigen::Matrix3f M = albedo * Eigen::Matrix3f::Identity();
+    M(0, 1) = M(1, 0) = M(1, 2) = 0.03f;
+    texture.cells.push_back({M, Eigen::Vector3f::Constant(0.01f)});
+  }
+  const calib::Lens lens = test::lens(1280, 800, 1100, 640, 500, kBent);
+  LightSettings settings;
+  settings.textures = {texture};
+  LightOutput output(settings, lens);
+  const std::vector<SurfacePatch> surfaces = {
+      {"floor", {}, {{-10, -10}, {10, -10}, {10, 10}, {-10, 10}}}};
+  Image drawn{1280, 800, std::vector<std::uint8_t>(3ul * 1280 * 800)};
+  for (std::size_t i = 0; i < drawn.rgb.size() && state.range(0) > 0; ++i) {
+    const std::size_t column = i / 3 % 1280;
+    const bool is_noise = state.range(0) == 2 || state.range(0) == 4;
+    const bool is_lit = column < (state.range(0) == 1 ? 128 : state.range(0) == 2 ? 427 : 1280);
+    if (is_lit)
+      drawn.rgb[i] = is_noise ? static_cast<std::uint8_t>(i * i >> 7) : i % 3 == 1 ? 255 : 20;
+  }
+  Image image;
+  for (auto _ : state) {
+    state.PauseTiming();
+    image = drawn;
+    state.ResumeTiming();
+    output.apply(image, surfaces, moved(kProjector.inverse()));
+    benchmark::DoNotOptimize(image);
+  }
+}
+BENCHMARK(lightTextures)->DenseRange(0, 4)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 void observerFrame(benchmark::State& state) {
   GlContext context;
   const calib::Lens lens = test::lens(1280, 800, 1100, 640, 500, kBent);
