@@ -33,8 +33,8 @@ constexpr auto kAsItIs = [](auto, std::uint8_t value) { return value; };
 
 }  // namespace
 
-LightOutput::LightOutput(const LightSettings& settings, const calib::Lens& lens)
-    : LightOutput(settings) {
+LightOutput::LightOutput(const LightSettings& settings, const calib::Lens& lens, bool is_blended)
+    : LightOutput(settings, is_blended) {
   if (settings.textures.empty()) return;
   textures_ = std::make_unique<TextureLight>(lens, settings.textures, settings.max_brightness);
 }
@@ -131,8 +131,9 @@ void LightOutput::apply(Image& image, const PixelLight* light) const {
 }
 
 void LightOutput::apply(Image& image, const std::vector<SurfacePatch>& surfaces,
-                        const Rigid<Projector, World>& T_projector_world) {
-  if (!textures_) return apply(image);
+                        const Rigid<Projector, World>& T_projector_world, const PixelLight* light) {
+  if (!textures_) return apply(image, light);
+  if (light != nullptr) throw std::logic_error("an image for textures is blended");
   textures_->apply(image, surfaces, T_projector_world,
                    [this](std::uint8_t* begin, std::uint8_t* end) {
                      if (!colors_.empty()) return recolor(begin, end);

@@ -59,16 +59,16 @@ class LightOutput {
   /// For images that are not thrown on surfaces: textures are left out. `is_blended`: images may
   /// come with the light of their pixels.
   explicit LightOutput(const LightSettings& settings, bool is_blended = false);
-  LightOutput(const LightSettings& settings, const calib::Lens& lens);
+  LightOutput(const LightSettings& settings, const calib::Lens& lens, bool is_blended = false);
 
   /// Changes the image in place; any thread. Settings that say nothing cost nothing. `light`: of an
   /// image that is blended with others. Throws std::logic_error for the light of another number of
   /// pixels, or where this is not for such images.
   void apply(Image& image, const PixelLight* light = nullptr) const;
   /// The same of an image for surfaces, drawn through the lens from this pose; from one thread at a
-  /// time.
+  /// time. Throws std::logic_error for an image that is blended where a surface has a texture.
   void apply(Image& image, const std::vector<SurfacePatch>& surfaces,
-             const Rigid<Projector, World>& T_projector_world);
+             const Rigid<Projector, World>& T_projector_world, const PixelLight* light = nullptr);
   /// By textured surface, of the last image.
   std::vector<TextureReport> textureReports() const;
 

@@ -103,10 +103,10 @@ TextureCell SurfaceTexture::mean() const {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   Eigen::Vector3d dark = Eigen::Vector3d::Zero();
   double known = 0;
-  for (const TextureCell& cell : cells) {
-    if (!cell.isKnown()) continue;
-    M += cell.M_seen_light.cast<double>();
-    dark += cell.dark.cast<double>();
+  for (const TextureCell& one : cells) {
+    if (!one.isKnown()) continue;
+    M += one.M_seen_light.cast<double>();
+    dark += one.dark.cast<double>();
     ++known;
   }
   if (known == 0) return {};

@@ -330,7 +330,7 @@ MomentPainter::MomentPainter(render::GlContext& context, const replay::Store& st
       width_(width),
       lens_(drawnLens(settings.lens, view, width)),
       last_{std::max(behavior.begin.ns, endOf(store, behavior).ns - 1)},
-      light_(settings_.config.projectors.at(0).light, settings_.config.blend.has_value()),
+      light_(settings_.config.projectors.at(0).light, lens_, settings_.config.blend.has_value()),
       blend_(blendOf(settings_, lens_)),
       renderer_(context, lens_, settings_.config.projectors[0].drawing),
       census_(settings.lens),
@@ -401,14 +401,15 @@ std::vector<std::string> MomentPainter::whyDark(bool is_lit) {
 
 render::Image MomentPainter::projected() {
   render::Image image = lensImage();
+  if (!snapshot_.T_projector_world) return image;
   const render::PixelLight* light = nullptr;
-  if (blend_ && snapshot_.T_projector_world) {
+  if (blend_) {
     auto poses = snapshot_.T_others_world;
     poses.insert(poses.begin(), snapshot_.T_projector_world);
     blend_->update(snapshot_.scene.surfaces, poses);
     light = &blend_->light(0);
   }
-  light_.apply(image, light);
+  light_.apply(image, snapshot_.scene.surfaces, *snapshot_.T_projector_world, light);
   return image;
 }
 

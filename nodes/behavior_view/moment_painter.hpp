@@ -168,7 +168,7 @@ class MomentPainter {
   const int width_;
   const calib::Lens lens_;
   const replay::Stamp last_;
-  const render::LightOutput light_;
+  render::LightOutput light_;
   std::unique_ptr<render::LightBlend> blend_;  ///< where light is shared
   render::ProjectorRenderer renderer_;
   render::LightCensus census_;  ///< counts by the lens itself, however small the picture

@@ -12,15 +12,16 @@
 #include <utility>
 
 #include "calib/color/color.hpp"
+#include "calib/color/texture.hpp"
 #include "calib/file_replacement.hpp"
 #include "nodes/projector/layer_config.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-const std::vector<std::string> kKeys = {"camera_info", "frame",  "latency_ms",     "drawing",
-                                        "monitor",     "gamma",  "max_brightness", "mirror",
-                                        "color",       "lumens", "contrast"};
+const std::vector<std::string> kKeys = {"camera_info", "frame",    "latency_ms",     "drawing",
+                                        "monitor",     "gamma",    "max_brightness", "mirror",
+                                        "color",       "textures", "lumens",         "contrast"};
 // In the order of the enum it names.
 const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
 
@@ -56,6 +57,31 @@ void readColors(const YamlMap& map, const std::string& folder, OutputConfig& out
   }
 }
 
+/// Relative to the folder, too.
+std::vector<calib::SurfaceTexture> readTextures(const YamlMap& map, const std::string& folder) {
+  const YAML::Node files = map.at("textures");
+  if (!files.IsSequence() || files.size() == 0) {
+    map.fail(files, "'textures' should be a list of at least one file");
+  }
+  std::vector<calib::SurfaceTexture> textures;
+  for (const YAML::Node& file : files) {
+    if (!file.IsScalar()) map.fail(file, "'textures' should be a list of files");
+    try {
+      textures.push_back(
+          calib::loadTexture((std::filesystem::path(folder) / file.Scalar()).string()));
+    } catch (const std::runtime_error& error) {
+      map.fail(file, error.what());
+    }
+    const auto isSame = [&](const auto& texture) {
+      return texture.surface == textures.back().surface;
+    };
+    if (std::count_if(textures.begin(), textures.end(), isSame) > 1) {
+      map.fail(file, "two textures of surface '" + textures.back().surface + "'");
+    }
+  }
+  return textures;
+}
+
 OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   OutputConfig output;
   output.camera_info = (std::filesystem::path(folder) / map.text("camera_info")).string();
@@ -68,6 +94,7 @@ OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   if (map.has("gamma")) output.light.gamma = readGamma(map);
   output.light.max_brightness = map.number("max_brightness", 0, 1, 1);
   if (map.has("color")) readColors(map, folder, output);
+  if (map.has("textures")) output.light.textures = readTextures(map, folder);
   if (map.has("lumens")) output.lumens = map.number("lumens", 1, kMostLumens);
   if (map.has("contrast")) output.contrast = map.number("contrast", kLeastContrast, kMostContrast);
   if (map.has("mirror")) {
@@ -202,6 +229,11 @@ std::optional<BlendConfig> readBlend(const YamlMap& root,
   const auto hasLumens = [](const OutputConfig& output) { return output.lumens > 0; };
   if (std::any_of(outputs.begin(), outputs.end(), hasLumens)) {
     requireOfAll(root, outputs, "lumens", &OutputConfig::lumens, "all of them have it, or none");
+  }
+  for (const OutputConfig& output : outputs) {
+    if (output.light.textures.empty()) continue;
+    root.fail(node, "shares of light are not reckoned on 'textures', which projector '" +
+                        output.name + "' has");
   }
   if (!blend.evens_black) return blend;
   // Black is raised behind the mask of what is avoided.

@@ -57,8 +57,8 @@ constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;
 calib::CameraInfoFile loadLens(const OutputConfig& output);
 
 /// The projectors of a whole configuration, at least one: `projector` or `projectors`.
-/// `camera_info` and `color` are relative to `folder`. Throws std::runtime_error "FILE:LINE: what
-/// is wrong".
+/// `camera_info`, `color` and `textures` are relative to `folder`. Throws std::runtime_error
+/// "FILE:LINE: what is wrong".
 std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder);
 
 /// `blend` of a whole configuration; empty: no. Throws as readOutputs does: it lacks what it needs.

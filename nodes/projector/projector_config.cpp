@@ -29,6 +29,7 @@ class ConfigReader {
     refuseItselfAsLens(root);
     config_.blend = readBlend(root, config_.projectors);
     if (root.has("surfaces")) config_.surfaces = readSurfaceConfigs(root);
+    refuseTextures(root);
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);
     if (root.has("watch")) {
@@ -52,6 +53,27 @@ class ConfigReader {
                 "'camera_info' names this configuration itself: the lens is in the folder that "
                 "\"afterglow calibrate\" wrote; name that folder (--calibration, argument "
                 "'calibration')");
+    }
+  }
+
+  /// A texture lies in its surface's frame, which has to stay, and on its plane.
+  void refuseTextures(const YamlMap& root) const {
+    const YAML::Node projectors = root.at(root.has("projector") ? "projector" : "projectors");
+    for (const OutputConfig& output : config_.projectors) {
+      for (const calib::SurfaceTexture& texture : output.light.textures) {
+        const auto surface =
+            std::find_if(config_.surfaces.begin(), config_.surfaces.end(),
+                         [&](const SurfaceConfig& known) { return known.name == texture.surface; });
+        if (surface == config_.surfaces.end()) {
+          root.fail(projectors, "a texture is of surface '" + texture.surface +
+                                    "', which 'surfaces' does not have");
+        }
+        if (surface->isMeasured()) {
+          root.fail(projectors, "surface '" + texture.surface +
+                                    "' has a texture: it can be neither found ('find_in') nor have "
+                                    "a 'relief'");
+        }
+      }
     }
   }
 
@@ -105,6 +127,17 @@ class ConfigReader {
 ProjectorConfig loadProjectorConfig(const std::string& path,
                                     const std::string& calibration_folder) {
   return ConfigReader(path, calibration_folder).read();
+}
+
+const OutputConfig& projectorNamed(const ProjectorConfig& config, const std::string& path,
+                                   const std::string& name) {
+  const auto& all = config.projectors;
+  if (name.empty() && all.size() == 1) return all.front();
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const OutputConfig& output) { return output.name == name; });
+  if (found != all.end()) return *found;
+  throw std::runtime_error(path + (name.empty() ? ": has several projectors: name one of them"
+                                                : ": has no projector '" + name + "'"));
 }
 
 }  // namespace afterglow::nodes

@@ -36,4 +36,9 @@ struct ProjectorConfig {
 /// nearest known one), missing or given twice, and for a value of the wrong type or out of range.
 ProjectorConfig loadProjectorConfig(const std::string& path, const std::string& calibration_folder);
 
+/// The projector of this name, or the only one for an empty name. Throws std::runtime_error that
+/// begins with the configuration's path.
+const OutputConfig& projectorNamed(const ProjectorConfig& config, const std::string& path,
+                                   const std::string& name);
+
 }  // namespace afterglow::nodes

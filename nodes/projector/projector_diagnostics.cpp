@@ -128,6 +128,9 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   if (!output.blending.empty()) addValue(status, "blending", output.blending);
   addValue(status, "renderer", output.renderer);
   if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
+  for (const render::TextureReport& texture : output.textures) {
+    if (texture.lit > 0) addValue(status, "texture: " + texture.surface, textureWords(texture));
+  }
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);
   return status;
 }
@@ -287,7 +290,8 @@ void ProjectorDiagnostics::addSilences(ProjectorState& state) {
 
 void ProjectorDiagnostics::log(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_image, census, off_mm, avoided, blending] : state.outputs) {
+  for (const auto& [name, renderer, of_image, census, off_mm, avoided, blending, textures] :
+       state.outputs) {
     for (const std::string& problem : of_image) {
       const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
       problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())

@@ -17,6 +17,7 @@
 
 #include "nodes/projector/layer_state.hpp"
 #include "render/compose/light_census.hpp"
+#include "render/texture_light.hpp"
 
 namespace afterglow::nodes {
 
@@ -31,6 +32,7 @@ struct OutputState {
   std::optional<double> light_off_mm = std::nullopt;   ///< LightOffset::mm()
   std::optional<double> avoided_share = std::nullopt;  ///< ProjectorOutput::avoidedShare()
   std::string blending = {};  ///< how it shares light with others; empty: it does not
+  std::vector<render::TextureReport> textures = {};  ///< reports of its last picture
 };
 
 /// The state of the node, of its projectors and of its layers.

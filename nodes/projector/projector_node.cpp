@@ -410,7 +410,8 @@ void ProjectorNode::publishDiagnostics() {
                                {},
                                scene_.lightOffset(i).mm(),
                                outputs_[i]->avoidedShare(),
-                               i < blending_.size() ? blending_[i] : ""});
+                               i < blending_.size() ? blending_[i] : "",
+                               outputs_[i]->textures()});
     }
   }
   state.stages = times_.words();

@@ -43,7 +43,10 @@ sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirro
 
 ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own,
                                  double beam_m, bool is_blended)
-    : config_(config), lens_(lensOf(config)), light_(config.light, is_blended), counter_(lens_) {
+    : config_(config),
+      lens_(lensOf(config)),
+      light_(config.light, lens_, is_blended),
+      counter_(lens_) {
   ros::NodeHandle nh(own, config.name);
   image_publisher_ = nh.advertise<sensor_msgs::Image>("image", 2);
   camera_info_publisher_ = nh.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
@@ -67,9 +70,12 @@ void ProjectorOutput::beginDrawing(const render::Scene& scene,
                                    const std::optional<Rigid<Projector, World>>& T_projector_world,
                                    const std::vector<render::AvoidedPoints>* avoided) {
   Lap lap;
-  is_lit_ = T_projector_world.has_value();
-  is_masked_ = is_lit_ && avoided != nullptr;
-  if (is_lit_) renderer_->begin(scene, *T_projector_world);
+  T_projector_world_ = T_projector_world;
+  is_masked_ = T_projector_world && avoided != nullptr;
+  if (T_projector_world) {
+    renderer_->begin(scene, *T_projector_world);
+    if (!config_.light.textures.empty()) surfaces_ = scene.surfaces;
+  }
   if (is_masked_) {
     if (!mask_) mask_ = std::make_unique<render::DarkMask>(lens_);
     mask_->draw(*avoided, *T_projector_world);
@@ -85,10 +91,10 @@ void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns,
     const std::lock_guard<std::mutex> lock(mutex_);
     std::swap(image, spare_);
   }
-  if (is_lit_) {
+  if (T_projector_world_) {
     renderer_->finish(image);
     if (is_masked_) mask_->apply(image);
-    light_.apply(image, light);
+    light_.apply(image, surfaces_, *T_projector_world_, light);
   } else {
     makeBlack(image, lens_);
   }
@@ -102,6 +108,7 @@ void ProjectorOutput::finishDrawing(ros::Time now, std::int64_t drawing_ns,
   const std::lock_guard<std::mutex> lock(mutex_);
   description_ = renderer_->description();
   avoided_share_ = is_masked_ ? std::optional(mask_->share()) : std::nullopt;
+  if (T_projector_world_) textures_ = light_.textureReports();
   if (picture_) spare_ = std::move(*picture_);
   picture_ = std::move(image);
 }
@@ -174,6 +181,11 @@ std::vector<render::LayerCensus> ProjectorOutput::census() const {
 std::optional<double> ProjectorOutput::avoidedShare() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return avoided_share_;
+}
+
+std::vector<render::TextureReport> ProjectorOutput::textures() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return textures_;
 }
 
 std::string ProjectorOutput::renderer() const {

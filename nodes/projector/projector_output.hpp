@@ -74,6 +74,8 @@ class ProjectorOutput {
   /// Returns the share of the last picture that is kept dark; empty: light avoids nothing, or it
   /// had no pose.
   std::optional<double> avoidedShare() const;
+  /// Returns what became of the last picture's light on textured surfaces.
+  std::vector<render::TextureReport> textures() const;
 
  private:
   void publish(render::Image& image, ros::Time drawn_for);
@@ -83,8 +85,10 @@ class ProjectorOutput {
   render::LightOutput light_;
   std::unique_ptr<render::ProjectorRenderer> renderer_;
   std::unique_ptr<render::DarkMask> mask_;  ///< mask, where light avoids something
-  bool is_lit_ = false;                     ///< true if the picture that was begun has light
-  bool is_masked_ = false;                  ///< true if it is to be kept dark in part
+  bool is_masked_ = false;  ///< true if the picture that was begun is to be kept dark in part
+  /// Of the picture that was begun: its pose, if it has light, and surfaces, if any is textured.
+  std::optional<Rigid<Projector, World>> T_projector_world_;
+  std::vector<render::SurfacePatch> surfaces_;
   std::chrono::steady_clock::duration begun_in_{0};
   render::LightCensus counter_;
   std::chrono::steady_clock::time_point counted_at_{};
@@ -98,6 +102,7 @@ class ProjectorOutput {
   std::string window_problem_;
   std::vector<render::LayerCensus> census_;
   std::optional<double> avoided_share_;
+  std::vector<render::TextureReport> textures_;
 };
 
 }  // namespace afterglow::nodes

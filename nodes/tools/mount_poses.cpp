@@ -110,6 +110,15 @@ std::string turretText(const MountRecord& record) {
 
 }  // namespace
 
+std::string cameraFrameOf(const std::string& calibration_folder) {
+  const std::string path =
+      (std::filesystem::path(calibration_folder) / "T_camera_projector.yaml").string();
+  const YAML::Node file = loadYaml(path);
+  const YAML::Node frame = file.IsMap() ? file["parent_frame"] : YAML::Node();
+  if (frame.IsDefined() && frame.IsScalar() && !frame.Scalar().empty()) return frame.Scalar();
+  throw std::runtime_error(path + " names no parent_frame: give --camera-frame");
+}
+
 std::vector<std::string> turretLinks(const std::vector<MountRecord>& records) {
   for (const MountRecord& record : records) {
     if (record.links == records.front().links) continue;

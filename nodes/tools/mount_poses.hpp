@@ -14,6 +14,10 @@ namespace afterglow::nodes {
 /// taken and normalized). Throws std::invalid_argument beginning with `what`.
 Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std::string& what);
 
+/// The camera's optical frame, by a calibration's T_camera_projector.yaml. Throws
+/// std::runtime_error if that names none.
+std::string cameraFrameOf(const std::string& calibration_folder);
+
 /// A pose of the file.
 struct MountRecord {
   std::string name;

@@ -6,7 +6,6 @@
 #include <CLI/Error.hpp>
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
-#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <iostream>
@@ -36,19 +35,6 @@ struct CalibrateLatencyOptions {
   bool is_kept = false;
   bool json = false;
 };
-
-const OutputConfig& findProjector(const ProjectorConfig& config,
-                                  const CalibrateLatencyOptions& options) {
-  const auto& all = config.projectors;
-  if (options.name.empty() && all.size() == 1) return all.front();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const OutputConfig& output) {
-    return output.name == options.name;
-  });
-  if (found != all.end()) return *found;
-  throw std::runtime_error(options.config + (options.name.empty()
-                                                 ? ": has several projectors: name one of them"
-                                                 : ": has no projector '" + options.name + "'"));
-}
 
 /// Measures in a thread of its own: the window is the main thread's.
 class LatencyThread {
@@ -132,7 +118,7 @@ void measure(const OutputConfig& projector, const CalibrateLatencyOptions& optio
 
 void runLatency(const CalibrateLatencyOptions& options) {
   const ProjectorConfig config = loadProjectorConfig(options.config, options.calibration);
-  const OutputConfig& projector = findProjector(config, options);
+  const OutputConfig& projector = projectorNamed(config, options.config, options.name);
   const calib::Lens lens = loadLens(projector).lens;
   startVerbNode("afterglow_calibrate");
   printWarningsOnly();

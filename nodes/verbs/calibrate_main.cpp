@@ -121,6 +121,7 @@ void addCalibrateVerb(CLI::App& app) {
   addCalibrateMount(*calibrate);
   addCalibrateVerify(*calibrate);
   addCalibrateColor(*calibrate);
+  addCalibrateTexture(*calibrate);
   addCalibrateLatency(*calibrate);
 }
 

@@ -19,7 +19,6 @@
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/mount_poses.hpp"
-#include "nodes/tools/yaml_map.hpp"
 #include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/text.hpp"
@@ -51,22 +50,8 @@ constexpr char kWantsLink[] = "name the link: with --link, or by --from-tf or --
 /// Limits for a turret whose poses do not tell yet how it errs: what its errors may make of a mean.
 constexpr calib::MountLimits kUncorrected{60, 10};
 
-/// A frame that T_camera_projector.yaml names; empty if it does not.
-std::string frameIn(const std::string& calibration, const std::string& key) {
-  const YAML::Node file = loadYaml((fs::path(calibration) / "T_camera_projector.yaml").string());
-  if (!file.IsMap() || !file[key] || !file[key].IsScalar()) return "";
-  return file[key].Scalar();
-}
-
 std::string cameraFrame(const CalibrateMountOptions& options) {
-  const std::string camera = !options.camera_frame.empty()
-                                 ? options.camera_frame
-                                 : frameIn(options.calibration, "parent_frame");
-  if (camera.empty()) {
-    throw std::runtime_error(options.calibration +
-                             "/T_camera_projector.yaml names no parent_frame: give --camera-frame");
-  }
-  return camera;
+  return options.camera_frame.empty() ? cameraFrameOf(options.calibration) : options.camera_frame;
 }
 
 /// Notes where the camera, and how the turret, if there is one, stands now.

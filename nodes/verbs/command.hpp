@@ -58,6 +58,7 @@ void addWatchVerb(CLI::App& app);
 // The verbs of `afterglow calibrate`, likewise.
 void addCalibrateBoard(CLI::App& calibrate);
 void addCalibrateColor(CLI::App& calibrate);
+void addCalibrateTexture(CLI::App& calibrate);
 void addCalibrateLatency(CLI::App& calibrate);
 void addCalibrateMount(CLI::App& calibrate);
 void addCalibratePattern(CLI::App& calibrate);

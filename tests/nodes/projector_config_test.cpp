@@ -7,6 +7,7 @@
 #include <string>
 
 #include "calib/color/color.hpp"
+#include "calib/color/texture.hpp"
 #include "nodes/projector/output_config.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -374,6 +375,42 @@ TEST_F(ProjectorConfigTest, readsHowColorsLook) {
   EXPECT_EQ(fault(with("color: color.yaml, gamma: 2")),
             ":2: either 'gamma' or 'color', which measures it, too");
   EXPECT_EQ(fault(with("color: none.yaml")), ":2: " + folder_.path("none.yaml: cannot be read"));
+}
+
+TEST_F(ProjectorConfigTest, readsTheTexturesOfSurfaces) {
+  std::vector<calib::ColorSample> samples;
+  for (const calib::Rgb& shown : calib::colorsToShow()) {
+    samples.push_back({shown, {0.8 * shown[0] / 255, 0.7 * shown[1] / 255, 0.4 * shown[2] / 255}});
+  }
+  calib::SurfaceTexture texture;
+  texture.surface = "floor";
+  texture.color = calib::fitColor(samples).response;
+  texture.cell = 0.01;
+  texture.density = 1;
+  texture.columns = texture.rows = 1;
+  texture.cells = {{texture.color.M_seen_light.cast<float>(), {0, 0, 0}}};
+  calib::saveTexture(folder_.path(""), texture);
+  const auto with = [&](const std::string& files, const std::string& surfaces) {
+    return "fixed_frame: map\nprojector: {camera_info: l, frame: l, textures: " + files +
+           "}\nsurfaces: {" + surfaces +
+           "}\nlayers: [{topic: /c, type: sensor_msgs/PointCloud2}]\n";
+  };
+  const auto textures =
+      load(with("[floor_texture.yaml]", "floor: {frame: map}")).projectors[0].light.textures;
+  ASSERT_EQ(textures.size(), 1u);
+  EXPECT_EQ(textures[0].surface, "floor");
+  EXPECT_EQ(fault(with("[floor_texture.yaml]", "table: {frame: map}")),
+            ":2: a texture is of surface 'floor', which 'surfaces' does not have");
+  EXPECT_EQ(
+      fault(with("[floor_texture.yaml]", "floor: {frame: map, find_in: /points, height: [0, 1]}")),
+      ":2: surface 'floor' has a texture: it can be neither found ('find_in') nor have a "
+      "'relief'");
+  EXPECT_EQ(fault(with("[floor_texture.yaml, floor_texture.yaml]", "floor: {frame: map}")),
+            ":2: two textures of surface 'floor'");
+  EXPECT_EQ(fault(with("floor_texture.yaml", "floor: {frame: map}")),
+            ":2: 'textures' should be a list of at least one file");
+  EXPECT_EQ(fault(with("[none.yaml]", "floor: {frame: map}")),
+            ":2: " + folder_.path("none.yaml: cannot be read"));
 }
 
 TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {
