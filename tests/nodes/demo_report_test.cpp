@@ -51,7 +51,7 @@ DemoStory story() {
   DemoStory result;
   result.title = "A title";
   result.behaviors = {
-      {"pick", "Picking", "caption", "What?", "Why & how", {{"perceive", "It looks."}}}};
+      {"pick", "Picking", "caption", "What?", "Why & how", "", {{"perceive", "It looks."}}}};
   return result;
 }
 

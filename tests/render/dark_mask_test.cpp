@@ -216,8 +216,11 @@ TEST(ForeignPoints, areNotMeasuredOnTheRobotNorLeftOutBeyondItsPadding) {
     const bool is_foreign = next < foreign.size() && foreign[next] == points[i];
     if (is_foreign) ++next;
     if (!is_foreign) ++left_out;
-    if (std::abs(away[i]) < 0.008f) EXPECT_FALSE(is_foreign) << away[i];
-    if (std::abs(away[i]) > 0.05f) EXPECT_TRUE(is_foreign) << away[i];
+    if (std::abs(away[i]) < 0.008f) {
+      EXPECT_FALSE(is_foreign) << away[i];
+    } else if (std::abs(away[i]) > 0.05f) {
+      EXPECT_TRUE(is_foreign) << away[i];
+    }
   }
   EXPECT_EQ(next, foreign.size());
   EXPECT_GT(left_out, 300u);
