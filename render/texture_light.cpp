@@ -186,9 +186,9 @@ struct TextureLight::Texture {
     const bool is_within =
         u >= 0 && v >= 0 && u < static_cast<float>(columns) && v < static_cast<float>(rows);
     if (!is_within) return nullptr;
-    const Cell& cell = cells[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns) +
+    const Cell& found = cells[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns) +
                              static_cast<std::size_t>(u)];
-    return cell.scale > 0 ? &cell : nullptr;
+    return found.scale > 0 ? &found : nullptr;
   }
 
   std::string surface;

@@ -37,7 +37,7 @@ struct CalibrateTextureOptions {
   bool json = false;
 };
 
-constexpr double kPatience_s = 5;
+constexpr double kTfPatience_s = 5;
 
 const SurfaceConfig& surfaceOf(const ProjectorConfig& config,
                                const CalibrateTextureOptions& options) {
@@ -68,7 +68,7 @@ void placeLenses(const CalibrateTextureOptions& options, const SurfaceConfig& su
     const std::string camera =
         options.camera_frame.empty() ? cameraFrameOf(options.calibration) : options.camera_frame;
     const auto transforms =
-        askTransforms({{camera, surface.frame}, {projector.frame, surface.frame}}, kPatience_s);
+        askTransforms({{camera, surface.frame}, {projector.frame, surface.frame}}, kTfPatience_s);
     view.T_camera_surface = Rigid<Camera, Surface>(transforms[0]);
     view.T_projector_surface = Rigid<Projector, Surface>(transforms[1]);
     return;
