@@ -12,7 +12,7 @@
 
 #include "render/scene/triangulate.hpp"
 
-#if defined(__SSE2__)
+#if defined(__x86_64__)
 #include <emmintrin.h>
 #endif
 
@@ -75,8 +75,8 @@ struct LightIndex {
 inline LightIndex lightIndex(const Cell& cell, ColorLight color, float strength) {
   constexpr float kMost = kLights - 1, kOver = kTolerance * kMost;
   LightIndex index;
-#if defined(__SSE2__)
-  const __m128i four = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&color));
+#if defined(__x86_64__)
+  const __m128i four = _mm_cvtsi64_si128(static_cast<long long>(color));
   const __m128i eight = _mm_unpacklo_epi64(four, four);
   const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(&cell));
   const __m128i rows_01 = _mm_srai_epi16(_mm_unpacklo_epi8(bytes, bytes), 8);
