@@ -16,7 +16,7 @@
 #include "calib/camera_info_file.hpp"
 #include "calib/color/texture_photographs.hpp"
 #include "calib/report/calibration_files.hpp"
-#include "calib/verify/layout_reader.hpp"
+#include "calib/verify/throw_picture.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/tools/mount_poses.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
