@@ -6,7 +6,15 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::size_t kMostEarlyCancels = 256;
+constexpr std::size_t kMostEarly = 256;
+
+/// Counts a tick of what came early, and forgets what nothing followed.
+template <typename Early>
+void forgetOld(std::vector<Early>& early) {
+  for (Early& one : early) ++one.ticks;
+  const auto is_old = [](const Early& one) { return one.ticks > kEndedTicks; };
+  early.erase(std::remove_if(early.begin(), early.end(), is_old), early.end());
+}
 
 }  // namespace
 
@@ -98,7 +106,7 @@ void ActionRelay::onOwnCancel(const ActionGoalId& cancel) {
     }
   }
   if (is_all) sendCancel(kNoGoal);
-  if (!is_known && early_cancels_.size() < kMostEarlyCancels) {
+  if (!is_known && early_cancels_.size() < kMostEarly) {
     early_cancels_.push_back({cancel.id, 0});
   }
   last_cancel_ = std::max(last_cancel_, cancel.stamp);
@@ -129,6 +137,12 @@ void ActionRelay::onForeignGoal(const RequestId& id, const Bytes& cdr, Stamp now
   goal->is_shown = true;
   outlets_.publish(ActionTopic::Goal, actionGoalMessage(now, {goal->status.goal, bytes}));
   publishStatus(now);
+  const auto early = std::find_if(early_replies_.begin(), early_replies_.end(),
+                                  [&](const EarlyReply& reply) { return reply.request == id; });
+  if (early == early_replies_.end()) return;
+  const EarlyReply reply = std::move(*early);
+  early_replies_.erase(early);
+  if (!goal->asked) onGoalReply(*goal, reply.cdr, now);
 }
 
 void ActionRelay::onForeignCancel(const Bytes& cdr) {
@@ -158,6 +172,10 @@ void ActionRelay::onReply(ActionService service, const RequestId& request, const
     }
     return guarded(is_goal ? "the reply to a goal" : "a result",
                    [&] { is_goal ? onGoalReply(goal, cdr, now) : onResultReply(goal, cdr, now); });
+  }
+  const bool is_own = own_writers_[static_cast<std::size_t>(service)] == request.writer;
+  if (is_goal && !is_own && early_replies_.size() < kMostEarly) {
+    early_replies_.push_back({request, cdr});
   }
 }
 
@@ -245,10 +263,8 @@ void ActionRelay::tick(Stamp now) {
     endOverdue(goal, now);
   }
   goals_.remove_if([](const Goal& goal) { return goal.has_ended && goal.ticks > kEndedTicks; });
-  for (EarlyCancel& cancel : early_cancels_) ++cancel.ticks;
-  const auto is_old = [](const EarlyCancel& cancel) { return cancel.ticks > kEndedTicks; };
-  early_cancels_.erase(std::remove_if(early_cancels_.begin(), early_cancels_.end(), is_old),
-                       early_cancels_.end());
+  forgetOld(early_cancels_);
+  forgetOld(early_replies_);
   publishStatus(now);
 }
 

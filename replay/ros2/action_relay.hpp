@@ -70,6 +70,12 @@ class ActionRelay {
     std::string id;
     int ticks = 0;
   };
+  /// A server's answer to a goal that has not been read yet: two readers have no common order.
+  struct EarlyReply {
+    RequestId request;
+    Bytes cdr;
+    int ticks = 0;
+  };
 
   /// Calls the handler; tells a MessageError of it with what was read.
   template <typename Handler>
@@ -97,6 +103,7 @@ class ActionRelay {
   const Outlets outlets_;
   std::list<Goal> goals_;
   std::vector<EarlyCancel> early_cancels_;
+  std::vector<EarlyReply> early_replies_;
   Stamp last_cancel_;
   std::array<std::optional<std::array<std::uint8_t, 16>>, 3> own_writers_;  ///< by service
 };

@@ -264,6 +264,13 @@ TEST_F(ActionRelayTest, showsOtherClientsRejectionsAndCancels) {
                            "cancel " + kOtherId + " 0", "cancel  0"}));
 }
 
+TEST_F(ActionRelayTest, showsARejectionThatIsReadBeforeItsGoal) {
+  answer({kOtherWriter, 0}, false);
+  foreignGoal();
+  EXPECT_EQ(heard_, (Heard{"goal " + kOtherId + " 7",
+                           "result " + kOtherId + " 5 [] the server rejected the goal"}));
+}
+
 TEST_F(ActionRelayTest, doesNotShowItsOwnRequestsAsOthers) {
   sendGoal("a");
   const Sent goal = last();
