@@ -32,6 +32,16 @@ struct alignas(16) Cell {
   float scale;  ///< 0: not known
 };
 
+/// Cells lie in squares of this side, each as large as a page of memory: a picture's rows run over
+/// a surface in any direction.
+constexpr int kTileBits = 4, kTile = 1 << kTileBits;
+
+/// The place of a cell in memory, `tiles` squares being in a row of them.
+inline int tiledIndex(int column, int row, int tiles) {
+  const int tile = (row >> kTileBits) * tiles + (column >> kTileBits);
+  return (tile << (2 * kTileBits)) + ((row & (kTile - 1)) << kTileBits) + (column & (kTile - 1));
+}
+
 /// A color as its light, 15 bits a channel, and a constant beside: four numbers of 16 bits.
 using ColorLight = std::uint64_t;
 
@@ -165,16 +175,20 @@ struct TextureLight::Texture {
         cell(from.cell),
         density(from.density),
         columns(from.columns),
-        rows(from.rows) {
+        rows(from.rows),
+        tiles((from.columns + kTile - 1) / kTile) {
     for (const calib::TextureCell& known : from.cells) {
       const auto light = lightOf(known);
       if (!light) continue;
       offset = std::max(
           offset, light->in_dark.cwiseAbs().maxCoeff() / light->M_light_seen.cwiseAbs().maxCoeff());
     }
-    cells.reserve(from.cells.size());
-    for (const calib::TextureCell& known : from.cells) {
-      cells.push_back(packed(lightOf(known), offset));
+    cells.resize(static_cast<std::size_t>(tiles * ((rows + kTile - 1) / kTile)) * kTile * kTile);
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        cells[static_cast<std::size_t>(tiledIndex(column, row, tiles))] =
+            packed(lightOf(from.at(column, row)), offset);
+      }
     }
     mean = packed(lightOf(from.mean()), offset);
     const auto values = from.color.valuesToSend(kLights);
@@ -186,8 +200,8 @@ struct TextureLight::Texture {
     const bool is_within =
         u >= 0 && v >= 0 && u < static_cast<float>(columns) && v < static_cast<float>(rows);
     if (!is_within) return nullptr;
-    const Cell& found = cells[static_cast<std::size_t>(v) * static_cast<std::size_t>(columns) +
-                             static_cast<std::size_t>(u)];
+    const Cell& found = cells[static_cast<std::size_t>(
+        tiledIndex(static_cast<int>(u), static_cast<int>(v), tiles))];
     return found.scale > 0 ? &found : nullptr;
   }
 
@@ -195,8 +209,9 @@ struct TextureLight::Texture {
   Eigen::Vector2d origin;
   double cell, density;
   int columns, rows;
+  int tiles;          ///< in a row
   double offset = 0;  ///< camera's light that a row's fourth number stands for
-  std::vector<Cell> cells;
+  std::vector<Cell> cells;  ///< cells by tiledIndex()
   Cell mean{};
   std::array<std::array<std::uint8_t, kLights>, 3> sent{};
 };
@@ -242,7 +257,7 @@ void TextureLight::sendPixels(const PlacedSurface& surface, float magnification,
   const Texture& texture = *surface.texture;
   const Cell* const cells = texture.cells.data();
   const auto columns = static_cast<float>(texture.columns), rows = static_cast<float>(texture.rows);
-  const int stride = texture.columns;
+  const int tiles = texture.tiles;
   const float strength =
       surface.strength * static_cast<float>(texture.density / surface.density) / magnification;
   float u = place.x(), v = place.y(), w = place.z();
@@ -258,7 +273,8 @@ void TextureLight::sendPixels(const PlacedSurface& surface, float magnification,
     const float depth = 1 / w, column = u * depth, row = v * depth;
     const bool is_within = column >= 0 && row >= 0 && column < columns && row < rows;
     const Cell* cell =
-        is_within ? cells + (static_cast<int>(row) * stride + static_cast<int>(column)) : nullptr;
+        is_within ? cells + tiledIndex(static_cast<int>(column), static_cast<int>(row), tiles)
+                  : nullptr;
     if (cell == nullptr || cell->scale <= 0) {
       ++unknown;
       cell = &texture.mean;
@@ -297,13 +313,12 @@ struct TextureLight::Block {
   std::vector<Candidate> candidates;
 
   bool isLit(const Image& image) const {
+    std::uint8_t any = 0;  // without a way out of the loop: eight or more bytes at a time
     for (int y = top; y < bottom; ++y) {
       const std::uint8_t* const row = pixelOf(image.rgb.data(), image.width, y);
-      if (std::any_of(row, row + 3 * (right - left), [](std::uint8_t v) { return v != 0; })) {
-        return true;
-      }
+      for (int i = 0; i < 3 * (right - left); ++i) any |= row[i];
     }
-    return false;
+    return any != 0;
   }
 
   /// The block's first pixel of a row.

@@ -186,6 +186,9 @@ SurfaceTexture loadTexture(const std::string& path) {
     file.refuse(at("columns"),
                 fmt::format("'columns' times 'rows' goes from 1 to {}", kMostTextureCells));
   }
+  if (std::max(texture.columns, texture.rows) > kMostTextureSide) {
+    file.refuse(at("columns"), fmt::format("'columns' and 'rows' go up to {}", kMostTextureSide));
+  }
   const std::vector<double> scales = file.numbers(at("scale"), "'scale'", kPanels);
   for (const double scale : scales) {
     if (!(scale > 0 && scale <= 1)) file.refuse(at("scale"), "'scale' goes from 0 to 1");

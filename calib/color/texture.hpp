@@ -45,7 +45,7 @@ struct SurfaceTexture {
 };
 
 /// More cells are a mistake, or memory that is not there.
-constexpr int kMostTextureCells = 4'000'000;
+constexpr int kMostTextureCells = 4'000'000, kMostTextureSide = 16'384;
 
 /// Returns the share of the light of an evenly white picture that a square meter of a surface gets:
 /// every pixel sends as much, so this is the inverse of the area that the picture's pixels light,

@@ -88,7 +88,7 @@ class CellGrid {
     // Whole cells from the frame's origin on, so that two calibrations have the same ones.
     origin = cell * (box.min() / cell).array().floor().matrix();
     const Eigen::Vector2d size = ((box.max() - origin) / cell).array().ceil();
-    if (!(size.prod() <= kMostTextureCells)) {
+    if (!(size.prod() <= kMostTextureCells && size.maxCoeff() <= kMostTextureSide)) {
       throw std::runtime_error(fmt::format(
           "{:.0f} x {:.0f} cells of {:.1f} mm are more than {} million: give the surface an "
           "outline, or larger cells (--cell-mm)",

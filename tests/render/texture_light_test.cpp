@@ -199,6 +199,8 @@ TEST(TextureFile, readsBackWhatWasWrittenAndNamesWhatIsWrong) {
   EXPECT_EQ(refusedFor("cell: 0.01", "cell: 0"), path + ":8: 'cell' goes from 0.0001 to 1");
   EXPECT_EQ(refusedFor("columns: 80", "columns: 2000000000"),
             path + ":9: 'columns' times 'rows' goes from 1 to 4000000");
+  EXPECT_EQ(refusedFor("columns: 80", "columns: 20000"),
+            path + ":9: 'columns' and 'rows' go up to 16384");
   EXPECT_EQ(refusedFor("rows: 80", "rows: 81"),
             folder.path("floor_texture.png") +
                 ": should have 80 x 324 pixels of three channels and 16 bits, as " + path +
