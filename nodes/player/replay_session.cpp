@@ -249,6 +249,8 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   if (gate_) gate_->addTo(report);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    ended_ = player_->progress();
+    ended_.state = replay::PlayProgress::State::Idle;
     player_.reset();
     // A goal that an emergency stop has ended may be heard of before the stop itself.
     if (!report.is_complete && stop_reason_ && *stop_reason_ != report.reason) {
@@ -369,7 +371,7 @@ void ReplaySession::setRate(double rate) {
 
 replay::PlayProgress ReplaySession::progress() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return player_ ? player_->progress() : replay::PlayProgress{};
+  return player_ ? player_->progress() : ended_;
 }
 
 bool ReplaySession::goesToStart() const {

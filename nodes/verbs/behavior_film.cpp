@@ -160,26 +160,30 @@ std::vector<FilmSpan> saidSpans(const std::vector<Utterance>& heard, Stamp begin
   return spans;
 }
 
-/// Returns when a frame of /tf moves so that it can be seen.
+/// Returns when a frame of /tf moves so that it can be seen: some way within a pause's time, since
+/// wheels that creep while a base settles look as if they stood.
 std::vector<FilmSpan> movingSpans(const BehaviorSource& source) {
   constexpr double kVisible_m = 0.02, kVisible_rad = 0.03, kPause_s = 0.4;
-  std::map<std::string, Eigen::Isometry3d> last;
+  struct Place {
+    double at_s;
+    Eigen::Isometry3d pose;
+  };
+  std::map<std::string, Place> last;
   std::vector<FilmSpan> spans;
-  const auto isMoved = [&](const geometry_msgs::TransformStamped& told) {
-    const Eigen::Isometry3d now = toIsometry(told.transform);
+  const auto isMoved = [&](double now_s, const geometry_msgs::TransformStamped& told) {
+    const Place now{now_s, toIsometry(told.transform)};
     const auto [known, is_new] = last.emplace(told.child_frame_id, now);
-    const Eigen::Isometry3d moved = known->second.inverse() * now;
-    if (is_new || (moved.translation().norm() < kVisible_m &&
-                   Eigen::AngleAxisd(moved.linear()).angle() < kVisible_rad)) {
-      return false;
-    }
-    known->second = now;
-    return true;
+    const Eigen::Isometry3d moved = known->second.pose.inverse() * now.pose;
+    const bool is_seen = moved.translation().norm() >= kVisible_m ||
+                         Eigen::AngleAxisd(moved.linear()).angle() >= kVisible_rad;
+    if (is_seen || now_s > known->second.at_s + kPause_s) known->second = now;
+    return is_seen;
   };
   eachRecorded<tf2_msgs::TFMessage>(
       *source.store, source.behavior, [&](Stamp at, const tf2_msgs::TFMessage& told) {
-        if (std::count_if(told.transforms.begin(), told.transforms.end(), isMoved) == 0) return;
         const double now_s = secondsBetween(source.behavior.begin, at);
+        const auto isMovedNow = [&](const auto& one) { return isMoved(now_s, one); };
+        if (std::count_if(told.transforms.begin(), told.transforms.end(), isMovedNow) == 0) return;
         if (spans.empty() || now_s > spans.back().end_s + kPause_s) spans.push_back({now_s, now_s});
         spans.back().end_s = now_s;
       });

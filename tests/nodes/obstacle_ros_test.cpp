@@ -62,6 +62,7 @@ class Room {
   double speed() const { return locked(speed_); }
   std::string status() const { return locked(said_); }
   double nearest() const { return locked(nearest_); }
+  bool hasGoneBackInTime() const { return locked(went_back_); }
   std::size_t listeners() const { return obstacles_.getNumSubscribers(); }
 
  private:
@@ -85,6 +86,8 @@ class Room {
   void onStatus(const ReplayStatus& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     said_ = message.message;
+    went_back_ = went_back_ || (message.behavior_id != 0 && message.position < position_);
+    position_ = message.position;
   }
 
   mutable std::mutex mutex_;
@@ -92,6 +95,8 @@ class Room {
   geometry_msgs::Point place_;
   double speed_ = 0, nearest_ = 1e9;
   std::string said_;
+  double position_ = 0;
+  bool went_back_ = false;
   ros::Publisher obstacles_;
   ros::Subscriber poses_, odometry_, status_;
 };
@@ -179,6 +184,7 @@ TEST_F(Obstacle, isWaitedForAndWhoWalksThroughIsKeptFree) {
   EXPECT_EQ(client.getState(), actionlib::SimpleClientGoalState::SUCCEEDED)
       << client.getState().getText();
   EXPECT_GT(room->nearest(), 0.13);
+  EXPECT_FALSE(room->hasGoneBackInTime()) << "also while the end is looked at";
   EXPECT_LT(std::hypot(room->x() - end_x, room->y() - end_y), 0.03);
   const auto report = nlohmann::json::parse(client.getResult()->report);
   EXPECT_GT(report["body"]["base"]["waited_for_obstacles_s"], 0.3) << report.dump(1);
