@@ -1,14 +1,16 @@
 #!/usr/bin/python3
 """What several projectors together light on a surface: their light is added up.
 
-  light_sum.py judge --scene scene.yaml --surface floor [--sent sent|asked] [--tolerance 0.05] [--black] [--step-mm 20] [--top top.png]
+  light_sum.py judge --scene scene.yaml --surface floor [--sent sent|asked] [--tolerance 0.05] [--black] [--reach] [--step-mm 20] [--top top.png]
       scene.yaml: surfaces as procam_sim.py has them, and projectors: width, height, K, D, T_world_projector,
       lumens (0: every place is lit as brightly by each), contrast (0: black is dark), gamma (0: sRGB), and two PNG
       beside it: `asked`, its picture alone in sRGB, and `sent`, the picture that it is sent.
       Looks at points (20 mm apart) where all projectors that get there ask for the same, over several pixels (with
       --black: at all points that get any light), and prints how bright they are, compared with what was asked for, as
       parts of their median. Ends with 1 if a part in a thousand or more of them is farther off than the tolerance, or
-      if there is no seam among them. --sent asked: as if the pictures were sent as they were asked for.
+      if there is no seam among them, or a step between neighbors. --sent asked: as if the pictures were sent as they
+      were asked for. --reach: where one projector alone lights a place, and not as brightly as the median even with all
+      of its light, this is compared with all of its light.
       --top: the surface as it looks from above, a pixel a point.
 
 Where light lands is procam_sim.py's; that it adds up is this file's. A projector's flux is the same from each of its
@@ -27,6 +29,7 @@ import procam_sim as sim
 
 MARGIN_PX = 1.0  # nearer to a picture's border it is not said which pixels a point gets
 ALIKE = 0.02     # what is asked for, over 7 x 7 pixels
+STEP_MM = 20     # between neighbors: both sides of a border
 
 
 def light_of_srgb(v):
@@ -83,7 +86,8 @@ def hides(surface, eye, way, grown):
 
 
 def add_up(scene, surface, sent, step):
-    """Light on each point of a grid; what was asked for (nan where that is not sure); how many projectors light it."""
+    """Light on each point of a grid; what was asked for (nan where that is not sure); how many projectors light it;
+    its light if all of them showed white."""
     folder = os.path.dirname(os.path.abspath(scene))
     d = yaml.safe_load(open(scene))
     surfaces = [sim.Surface(s) for s in d["surfaces"]]
@@ -91,13 +95,15 @@ def add_up(scene, surface, sent, step):
     n = np.ceil(s.size / step).astype(int)
     X, Y = np.meshgrid((np.arange(n[0]) + 0.5) * step - s.size[0] / 2, s.size[1] / 2 - (np.arange(n[1]) + 0.5) * step)
     points = np.stack([X.ravel(), Y.ravel(), np.zeros(X.size)], 1) @ s.T[:3, :3].T + s.T[:3, 3]
-    light, asked = np.zeros(X.size), np.full(X.size, np.nan)
+    light, white, asked = np.zeros(X.size), np.zeros(X.size), np.full(X.size, np.nan)
     count, is_sure = np.zeros(X.size, int), np.ones(X.size, bool)
     for p in (Projector(q, folder, sent) for q in d["projectors"]):
         uv, lit, unsure = p.pixels(points, [q for q in surfaces if q is not s])
         is_sure &= ~unsure
         u, v = uv[lit, 0], uv[lit, 1]
-        light[lit] += p.white(uv[lit], s) * sim.sample(p.light, u, v)
+        full = p.white(uv[lit], s)
+        white[lit] += full
+        light[lit] += full * sim.sample(p.light, u, v)
         own = sim.sample(p.asked, u, v)
         low, high = sim.sample(p.least, u, v), sim.sample(p.greatest, u, v)
         before = asked[lit]
@@ -105,26 +111,36 @@ def add_up(scene, surface, sent, step):
         asked[lit] = np.where(np.isnan(before), own, before)
         count[lit] += 1
     asked[~is_sure] = np.nan
-    return light.reshape(X.shape), asked.reshape(X.shape), count.reshape(X.shape)
+    return [values.reshape(X.shape) for values in (light, asked, count, white)]
 
 
 def judge(a):
-    light, asked, count = add_up(a.scene, a.surface, a.sent, a.step_mm / 1000)
+    light, asked, count, white = add_up(a.scene, a.surface, a.sent, a.step_mm / 1000)
     wanted = asked if not a.black else np.where(np.isnan(asked), np.nan, 1.0)
     with np.errstate(invalid="ignore"):
         judged = (wanted > 0.1) & (count > 0)
     if a.top:
         scale = np.percentile(light[light > 0], 99) / 0.8
         cv2.imwrite(a.top, (255 * np.clip(light / scale, 0, 1) ** (1 / 2.2)).round().astype(np.uint8))
-    part = light[judged] / wanted[judged]
+    parts = np.where(judged, light / np.where(judged, wanted, 1), np.nan)
     many = count[judged] > 1
     if many.sum() < 100 or (~many).sum() < 100:
         sys.exit(f"light_sum: no seam: {many.sum()} points are lit by several, {(~many).sum()} by one")
-    part /= np.median(part)
+    median = np.nanmedian(parts)
+    parts /= median
+    n = max(1, round(STEP_MM / a.step_mm))
+    steps = np.abs(np.concatenate([(parts[n:] - parts[:-n]).ravel(), (parts[:, n:] - parts[:, :-n]).ravel()]))
+    step = np.nanpercentile(steps, 99.9)
+    part, words = parts[judged], ""
+    if a.reach:
+        far = ~many & (white[judged] < median)
+        words = f"; {far.sum()} out of reach, {part[far].min(initial=1):.3f} and more"
+        part[far] *= median / white[judged][far]
     off = np.abs(part - 1)
-    print(f"{len(part)} points, {many.sum()} lit by several (up to {count[judged].max()}): "
-          f"brightness {np.percentile(part, 0.1):.3f} to {np.percentile(part, 99.9):.3f}, all {part.min():.3f} to {part.max():.3f}")
-    if np.mean(off > a.tolerance) >= 0.001:
+    print(f"{len(part)} points, {many.sum()} lit by several (up to {count[judged].max()}): brightness "
+          f"{np.percentile(part, 0.1):.3f} to {np.percentile(part, 99.9):.3f}, all {part.min():.3f} to {part.max():.3f}, "
+          f"steps {step:.3f}{words}")
+    if np.mean(off > a.tolerance) >= 0.001 or step > a.tolerance:
         sys.exit(1)
 
 
@@ -136,6 +152,7 @@ def main():
     q.add_argument("--sent", choices=["sent", "asked"], default="sent")
     q.add_argument("--tolerance", type=float, default=0.05)
     q.add_argument("--black", action="store_true")
+    q.add_argument("--reach", action="store_true")
     q.add_argument("--step-mm", type=float, default=20)
     q.add_argument("--top")
     judge(p.parse_args())

@@ -187,6 +187,16 @@ TEST_F(LightBlendTest, threeThatDifferInResolutionBrightnessAndLensDoSoAtAngles)
              kFloor);
 }
 
+TEST_F(LightBlendTest, turnedApartTwoDoSoAcrossTheSeamAndBeyondItAsFarAsEachReaches) {
+  // Far out each light falls off below that of the darkest place that both reach.
+  draw({{kBent, {-0.5, 0, 2.3}, {-1, 0, 0}, 2000, 0, 2.0},
+        {kFine, {0.5, 0, 2.4}, {1, 0, 0}, 3000, 0, 0}},
+       kFloor, Drawing::Cpu, false, true);
+  EXPECT_TRUE(isEven("apart", "floor", "--reach"));
+  EXPECT_FALSE(isEven("apart", "floor"));
+  EXPECT_FALSE(isEven("apart", "floor", "--reach --sent asked"));
+}
+
 TEST_F(LightBlendTest, onATableAndBesideItsShadowsTwoDoSo) {
   expectEven("table",
              {{kBent, {-1.7, -0.2, 2.4}, {-1.2, 0, 0.1}, 2000, 0, 0},
