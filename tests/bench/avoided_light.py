@@ -25,7 +25,6 @@ import argparse
 import collections
 import math
 import multiprocessing
-import struct
 import sys
 import tempfile
 import threading
@@ -37,7 +36,7 @@ from queue import Empty
 import cv2
 import numpy as np
 
-from fetch_world import SOURCE, Arm, World, add_build_option, quantile, wait_until
+from fetch_world import SOURCE, Arm, World, add_build_option, green, link_to_base, quantile, wait_until, write_lens
 
 sys.path.insert(0, str(SOURCE / 'tests/referee'))
 import procam_sim as sim  # noqa: E402
@@ -227,16 +226,7 @@ class DepthCamera:
 
 # ------------------------------------------------------------------------------------------- the light
 def configuration(folder, latency_ms, avoid):
-    numbers = dict(w=WIDTH, h=HEIGHT, f=FOCAL, x=WIDTH / 2, y=HEIGHT / 2)
-    (folder / 'lens.yaml').write_text('''image_width: {w}
-image_height: {h}
-camera_name: projector
-camera_matrix: {{rows: 3, cols: 3, data: [{f}, 0, {x}, 0, {f}, {y}, 0, 0, 1]}}
-distortion_model: plumb_bob
-distortion_coefficients: {{rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}}
-rectification_matrix: {{rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}
-projection_matrix: {{rows: 3, cols: 4, data: [{f}, 0, {x}, 0, 0, {f}, {y}, 0, 0, 0, 1, 0]}}
-'''.format(**numbers))
+    write_lens(folder, WIDTH, HEIGHT, FOCAL)
     path = folder / 'config.yaml'
     path.write_text(f'''fixed_frame: map
 projector: {{camera_info: lens.yaml, frame: projector_optical_frame, latency_ms: {latency_ms}}}
@@ -256,14 +246,12 @@ class Pictures:
                                      tcp_nodelay=True)
 
     def on_picture(self, message):
-        now, size = time.time(), WIDTH * HEIGHT * 3
-        pixels = np.frombuffer(message._buff, np.uint8, size, len(message._buff) - size).reshape(HEIGHT, WIDTH, 3)
-        self.all.append((now, pixels[STEP // 2::STEP, STEP // 2::STEP, 1] > 40))
+        now = time.time()
+        self.all.append((now, green(message, WIDTH, HEIGHT)[STEP // 2::STEP, STEP // 2::STEP] > 40))
 
 
 def show(rospy):
     """The floor's light, and the camera's place."""
-    from geometry_msgs.msg import TransformStamped
     from tf2_msgs.msg import TFMessage
     from visualization_msgs.msg import Marker
     marker = Marker(type=Marker.CUBE)
@@ -271,17 +259,10 @@ def show(rospy):
     marker.pose.orientation.w = marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1
     marker.scale.x = marker.scale.y = 12
     marker.scale.z = 0.0001
-    link = TransformStamped()
-    link.header.frame_id, link.child_frame_id = 'base_link', 'depth'
-    t, q = link.transform.translation, link.transform.rotation
-    t.x, t.y, t.z = T_BASE_CAMERA[:3, 3]
-    turn = cv2.Rodrigues(T_BASE_CAMERA[:3, :3])[0].ravel()
-    angle = np.linalg.norm(turn)
-    q.x, q.y, q.z, q.w = *(turn / angle * math.sin(angle / 2)), math.cos(angle / 2)
     floor = rospy.Publisher('/marker', Marker, latch=True, queue_size=1)
     tf = rospy.Publisher('/tf_static', TFMessage, latch=True, queue_size=1)
     floor.publish(marker)
-    tf.publish(TFMessage([link]))
+    tf.publish(TFMessage([link_to_base('depth', T_BASE_CAMERA)]))
     return floor, tf
 
 

@@ -41,6 +41,41 @@ def quantile(values, part):
     return values[int(part * (len(values) - 1) + 0.5)] if values else math.nan
 
 
+def write_lens(folder, width, height, focal):
+    """lens.yaml of a projector without distortion that looks along the middle of its picture."""
+    (folder / 'lens.yaml').write_text(f'''image_width: {width}
+image_height: {height}
+camera_name: projector
+camera_matrix: {{rows: 3, cols: 3, data: [{focal}, 0, {width / 2}, 0, {focal}, {height / 2}, 0, 0, 1]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}}
+rectification_matrix: {{rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}
+projection_matrix: {{rows: 3, cols: 4, data: [{focal}, 0, {width / 2}, 0, 0, {focal}, {height / 2}, 0, 0, 0, 1, 0]}}
+''')
+
+
+def green(message, width, height):
+    """One channel of a sensor_msgs/Image that came as rospy.AnyMsg: taking it apart takes longer than it has."""
+    import numpy as np
+    size = width * height * 3
+    return np.frombuffer(message._buff, np.uint8, size, len(message._buff) - size).reshape(height, width, 3)[:, :, 1]
+
+
+def link_to_base(child, T):
+    """A 4 x 4 pose in base_link as a transform's message."""
+    import cv2
+    import numpy as np
+    from geometry_msgs.msg import TransformStamped
+    link = TransformStamped()
+    link.header.frame_id, link.child_frame_id = 'base_link', child
+    t, q = link.transform.translation, link.transform.rotation
+    t.x, t.y, t.z = T[:3, 3]
+    turn = cv2.Rodrigues(T[:3, :3])[0].ravel()
+    angle = np.linalg.norm(turn)
+    q.x, q.y, q.z, q.w = *(turn / angle * math.sin(angle / 2)), math.cos(angle / 2)
+    return link
+
+
 class World:
     """Use it in a with statement: everything it started ends with it."""
 

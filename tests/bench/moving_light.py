@@ -27,7 +27,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from fetch_world import SOURCE, World, add_build_option, quantile, wait_until
+from fetch_world import SOURCE, World, add_build_option, green, link_to_base, quantile, wait_until, write_lens
 
 sys.path.insert(0, str(SOURCE / 'tests/referee'))
 import procam_sim as sim  # noqa: E402
@@ -48,16 +48,7 @@ def base_to_projector():
 
 
 def configuration(folder, latency_ms, has_commands):
-    numbers = dict(w=WIDTH, h=HEIGHT, f=FOCAL, x=WIDTH / 2, y=HEIGHT / 2)
-    (folder / 'lens.yaml').write_text('''image_width: {w}
-image_height: {h}
-camera_name: projector
-camera_matrix: {{rows: 3, cols: 3, data: [{f}, 0, {x}, 0, {f}, {y}, 0, 0, 1]}}
-distortion_model: plumb_bob
-distortion_coefficients: {{rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}}
-rectification_matrix: {{rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}}
-projection_matrix: {{rows: 3, cols: 4, data: [{f}, 0, {x}, 0, 0, {f}, {y}, 0, 0, 0, 1, 0]}}
-'''.format(**numbers))
+    write_lens(folder, WIDTH, HEIGHT, FOCAL)
     path = folder / 'config.yaml'
     path.write_text(f'''fixed_frame: map
 projector: {{camera_info: lens.yaml, frame: projector, latency_ms: {latency_ms}}}
@@ -113,9 +104,8 @@ class Witness:
 
     def on_picture(self, message):
         now = time.time()
-        pixels = np.frombuffer(message._buff, np.uint8, WIDTH * HEIGHT * 3, len(message._buff) - WIDTH * HEIGHT * 3)
         seconds, nanoseconds = struct.unpack_from('<II', message._buff, 4)
-        self.pictures.append((now, seconds + nanoseconds / 1e9, pixels.reshape(HEIGHT, WIDTH, 3)[:, :, 1].copy()))
+        self.pictures.append((now, seconds + nanoseconds / 1e9, green(message, WIDTH, HEIGHT).copy()))
 
 
 def track(poses):
@@ -173,7 +163,6 @@ def show_floor():
     import rospy
     from geometry_msgs.msg import Point
     from tf2_msgs.msg import TFMessage
-    from geometry_msgs.msg import TransformStamped
     from visualization_msgs.msg import Marker
     marker = Marker(type=Marker.CUBE_LIST)
     marker.header.frame_id = 'map'
@@ -183,19 +172,10 @@ def show_floor():
     count = int(REACH / SPACING)
     marker.points = [Point(i * SPACING, j * SPACING, 0) for i in range(-count, count + 1)
                      for j in range(-count, count + 1)]
-    T = base_to_projector()
-    link = TransformStamped()
-    link.header.frame_id, link.child_frame_id = 'base_link', 'projector'
-    link.transform.translation.x, _, link.transform.translation.z = T[:3, 3]
-    rotation = cv2.Rodrigues(T[:3, :3])[0].ravel()
-    angle = np.linalg.norm(rotation)
-    axis = rotation / angle * math.sin(angle / 2)
-    q = link.transform.rotation
-    q.x, q.y, q.z, q.w = *axis, math.cos(angle / 2)
     floor = rospy.Publisher('/marker', Marker, latch=True, queue_size=1)
     tf = rospy.Publisher('/tf_static', TFMessage, latch=True, queue_size=1)
     floor.publish(marker)
-    tf.publish(TFMessage([link]))
+    tf.publish(TFMessage([link_to_base('projector', base_to_projector())]))
     return floor, tf
 
 
