@@ -3,6 +3,7 @@
 Each line in is Python code; what it leaves in `answer` is the line out. It may call:"""
 import importlib
 import json
+import os
 import sys
 import threading
 import traceback
@@ -40,6 +41,11 @@ def subscribers(topic):
     return node.count_subscribers(topic)
 
 
+if "first" in sys.argv[2:]:  # it goes before what makes the machine busy, where that is permitted
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(5))
+    except PermissionError:
+        pass
 rclpy.init(args=sys.argv[2:])
 node = rclpy.create_node(sys.argv[1])
 # What hears much, or is timed, wants one thread: rclpy's executor with two spends 46 ms on one message of a hundred.

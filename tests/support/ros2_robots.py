@@ -11,7 +11,7 @@ from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -52,7 +52,7 @@ class Base(Loop):
         self.transforms = node.create_publisher(TFMessage, '/tf', 100)
         self.fixed = node.create_publisher(TFMessage, '/tf_static', LATCHED)
         self.odometries = node.create_publisher(Odometry, '/odom', 10)
-        self.scans = node.create_publisher(LaserScan, '/scan', 10)
+        self.scans = node.create_publisher(LaserScan, '/scan', qos_profile_sensor_data)
         super().__init__(node, 50)
         self.fixed.publish(TFMessage(transforms=[self.transform('base_footprint', 'base_scan', (0.0, 0.0, 0.0))]))
         node.create_subscription(TwistStamped, '/cmd_vel', self.take, 10)
