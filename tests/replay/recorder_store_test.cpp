@@ -3,11 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <thread>
 
+#include "replay/store/mongo/mongo_layout.hpp"
+#include "replay/store/mongo/mongo_open.hpp"
 #include "replay/store/open/open_store.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
 
@@ -262,6 +266,35 @@ TEST_F(RecorderStoreTest, whatTheServerRefusesHoldsUpNothing) {
   EXPECT_TRUE(store->local().behavior(id));
 }
 
+TEST_F(RecorderStoreTest, aMessageThatWasDamagedHereIsLeftOutAndThatIsSaid) {
+  const std::int64_t id = begin();
+  append(0, 3);
+  SqliteConnection(folder.path("spool.db"), SqliteAccess::ReadWriteCreate)
+      .execute("UPDATE messages SET bytes = zeroblob(size) WHERE sequence = 1");
+  end(id, 3);
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_EQ(arrived(), (std::vector<std::string>{"0", "2"}));
+  ASSERT_TRUE(eventually([&] { return store->status()->refused == 1; }));
+  EXPECT_EQ(store->status()->last_refusal,
+            "behavior " + std::to_string(id) + ": damaged messages were left out");
+}
+
+TEST_F(RecorderStoreTest, theServerIsTendedOnceBehindWhatWasSent) {
+  std::atomic<int> tended{0};
+  std::atomic<std::size_t> had{0};
+  const std::int64_t id = begin();
+  end(id, 1);
+  ASSERT_TRUE(hasArrived(1));
+  store->tend([&](Store& given) {
+    had = given.behaviors({}).size();
+    ++tended;
+  });
+  ASSERT_TRUE(eventually([&] { return tended > 0; }));
+  EXPECT_EQ(had, 1u);
+  store->finish();
+  EXPECT_EQ(tended, 1);
+}
+
 TEST_F(RecorderStoreTest, theEndTellsWhatWaits) {
   open(300ms);
   const std::int64_t id = begin();
@@ -275,6 +308,171 @@ TEST_F(RecorderStoreTest, theEndTellsWhatWaits) {
 
 TEST_F(RecorderStoreTest, oneRecorderAtATimeHasTheFile) {
   EXPECT_THROW(RecorderStore(uri, SendOptions{folder.path("spool.db")}), StoreError);
+}
+
+// --------------------------------------------------------------------------- the recorder's file
+
+TEST(RecorderFile, isNamedByTheServerWithoutWhatMayChangeOfItsUri) {
+  setenv("AFTERGLOW_SPOOL", "/spool", 1);
+  const std::string file = recorderFile("mongodb://host/fleet");
+  EXPECT_EQ(file.rfind("/spool/spool-", 0), 0u) << file;
+  EXPECT_EQ(file.size(), std::string("/spool/spool-0123456789abcdef.db").size());
+  EXPECT_EQ(recorderFile("mongodb://robot:secret@host/fleet?tls=true"), file);
+  EXPECT_NE(recorderFile("mongodb://host/other"), file);
+  setenv("AFTERGLOW_SPOOL", "", 1);
+  setenv("HOME", "/home/somebody", 1);
+  EXPECT_EQ(recorderFile("mongodb://host/fleet"),
+            "/home/somebody/.local/share/afterglow" + file.substr(6));
+  unsetenv("AFTERGLOW_SPOOL");
+}
+
+TEST(RecorderFile, isTendedAtOnceWhereThereIsNoServer) {
+  const test::TempFolder folder;
+  RecorderStore store(folder.path("robot.db"));
+  const Store* tended = nullptr;
+  store.tend([&](Store& given) { tended = &given; });
+  EXPECT_EQ(tended, &store.local());
+  EXPECT_FALSE(store.finish());
+  const std::int64_t recording = store.local().addRecording({0, "", "test", ""});
+  Behavior ended = sampleBehavior(recording, {}, 0, 1);
+  const std::int64_t id = store.local().addBehavior(ended);
+  store.removeSent(kEndOfTime);
+  EXPECT_TRUE(store.local().behavior(id)) << "nobody else has it";
+}
+
+/// A spool of version 1.
+class OldSpool : public testing::Test {
+ protected:
+  enum Kind { Messages = 0, State = 1, File = 3 };
+
+  void SetUp() override {
+    SqliteConnection spool(path_, SqliteAccess::ReadWriteCreate);
+    spool.execute(R"(
+        PRAGMA journal_mode = WAL;
+        CREATE TABLE outbox (id INTEGER PRIMARY KEY AUTOINCREMENT, kind INTEGER NOT NULL,
+          messages INTEGER NOT NULL, payload BLOB NOT NULL);
+        CREATE TABLE recordings (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE,
+          source TEXT NOT NULL, robot TEXT NOT NULL, last_ns INTEGER);
+        CREATE TABLE channels (id INTEGER PRIMARY KEY, recording INTEGER NOT NULL,
+          topic TEXT NOT NULL, type TEXT NOT NULL, md5 TEXT NOT NULL, definition TEXT NOT NULL,
+          latching INTEGER NOT NULL, caller_id TEXT NOT NULL);
+        CREATE TABLE behaviors (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE,
+          is_open INTEGER NOT NULL, state BLOB NOT NULL);
+        INSERT INTO recordings VALUES (7, 'the key', 'recorder', 'fetch7', 30);
+        INSERT INTO channels VALUES (9, 7, '/a', 'std_msgs/String', 'm', 'string data', 1, '/b');)");
+    put(spool, "outbox", Messages, packed(10, std::nullopt, "a") + packed(12, Stamp{11}, "b"));
+    put(spool, "outbox", State, "as behaviors has it");
+    put(spool, "outbox", File, number<std::uint64_t>(64) + std::string(64, 'c') + "contents");
+    addBehavior(spool, 5, Stamp{20});
+    addBehavior(spool, 6, {});
+  }
+
+  template <typename T>
+  static std::string number(T value) {
+    return {reinterpret_cast<const char*>(&value), sizeof value};
+  }
+  static std::string packed(std::int64_t received_ns, std::optional<Stamp> header,
+                            const std::string& text, std::int64_t channel = 9) {
+    const Bytes bytes = test::stringBytes(text);
+    return number(channel) + number(received_ns) + number<std::uint64_t>(received_ns) +
+           number<std::uint8_t>(header ? 1 : 0) + number(header.value_or(Stamp{}).ns) +
+           number<std::uint64_t>(bytes.size()) + std::string(bytes.begin(), bytes.end());
+  }
+  static void put(SqliteConnection& spool, const std::string& table, Kind kind,
+                  const std::string& payload) {
+    SqliteStatement(spool, "INSERT INTO " + table + " (kind, messages, payload) VALUES (?1, 1, ?2)")
+        .bind(1, std::int64_t{kind})
+        .bind(2, Bytes(payload.begin(), payload.end()))
+        .run();
+  }
+  static void addBehavior(SqliteConnection& spool, std::int64_t id, std::optional<Stamp> end) {
+    Behavior behavior = sampleBehavior(7, {"/a"}, 10, 0);
+    behavior.id = id;
+    behavior.key = "key " + std::to_string(id);
+    behavior.end = end;
+    if (end) behavior.outcome = "success";
+    const Bson state = toMongo(behavior);
+    const std::uint8_t* bytes = bson_get_data(&state.raw());
+    SqliteStatement(spool, "INSERT INTO behaviors VALUES (?1, ?2, ?3, ?4)")
+        .bind(1, id)
+        .bind(2, behavior.key)
+        .bind(3, std::int64_t{end ? 0 : 1})
+        .bind(4, Bytes(bytes, bytes + state.size()))
+        .run();
+  }
+  std::string errorOfConversion() const {
+    try {
+      convertSpool(path_);
+    } catch (const StoreError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  test::TempFolder folder_;
+  std::string path_ = folder_.path("spool.db");
+};
+
+TEST_F(OldSpool, becomesAStoreWithAllThatItHeld) {
+  {
+    SqliteConnection spool(path_, SqliteAccess::ReadWriteCreate);
+    spool.execute(
+        "CREATE TABLE refused (id INTEGER PRIMARY KEY, kind INTEGER NOT NULL, "
+        "messages INTEGER NOT NULL, payload BLOB NOT NULL, why TEXT)");
+    put(spool, "refused", Messages, packed(15, std::nullopt, "refused"));
+  }
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(errorOfConversion(), "");
+    EXPECT_FALSE(std::filesystem::exists(path_ + ".old"));
+    const auto store = openStore(path_, OpenMode::ReadOnly);
+    const Behavior ended = store->behavior(5).value(), died = store->behavior(6).value();
+    EXPECT_EQ(test::readTexts(*store, ended), (std::vector<std::string>{"a", "b", "refused"}));
+    EXPECT_EQ(ended.outcome, "success");
+    EXPECT_EQ(died.outcome, kIncomplete);
+    EXPECT_EQ(died.end, Stamp{31}) << "behind the last message of its recording";
+    EXPECT_EQ(store->recordings().at(0).robot, "fetch7");
+    EXPECT_EQ(store->recordings().at(0).key, "the key");
+    const auto messages = test::readAll(*store->messages(ended, {}));
+    EXPECT_FALSE(messages.at(0).header_stamp);
+    EXPECT_EQ(messages.at(1).header_stamp, Stamp{11});
+    EXPECT_TRUE(store->channel(messages.at(0).channel).latching);
+    EXPECT_EQ(store->file(std::string(64, 'c')), (Bytes{'c', 'o', 'n', 't', 'e', 'n', 't', 's'}));
+  }
+}
+
+TEST_F(OldSpool, isGoneOnWithWhereItsConversionBrokeOff) {
+  {
+    SqliteConnection(path_, SqliteAccess::ReadWriteCreate)
+        .execute("UPDATE behaviors SET state = x'05' WHERE id = 6");
+  }
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(errorOfConversion(), "the spool is damaged: a behavior is no BSON");
+    EXPECT_TRUE(std::filesystem::exists(path_ + ".old")) << "nothing of it is lost";
+  }
+  SqliteConnection(path_ + ".old", SqliteAccess::ReadWriteCreate)
+      .execute("DELETE FROM behaviors WHERE id = 6");
+  EXPECT_EQ(errorOfConversion(), "");
+  const auto store = openStore(path_, OpenMode::ReadOnly);
+  EXPECT_EQ(test::readTexts(*store, store->behavior(5).value()),
+            (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(store->behaviors({}).size(), 1u);
+}
+
+TEST_F(OldSpool, isRefusedWhereItIsDamaged) {
+  const std::string whole = packed(16, std::nullopt, "whole"), of_another = packed(16, {}, "x", 99);
+  const std::pair<std::string, const char*> entries[] = {
+      {whole.substr(0, whole.size() - 1), "an entry is cut off"},
+      {whole.substr(0, 5), "an entry is cut off"},
+      {of_another, "channel 99 is missing"}};
+  for (const auto& [entry, why] : entries) {
+    {
+      SqliteConnection spool(path_, SqliteAccess::ReadWriteCreate);
+      spool.execute("DELETE FROM outbox");
+      put(spool, "outbox", Messages, entry);
+    }
+    EXPECT_EQ(errorOfConversion(), std::string("the spool is damaged: ") + why);
+    std::filesystem::rename(path_ + ".old", path_);
+  }
 }
 
 }  // namespace

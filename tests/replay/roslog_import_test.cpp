@@ -187,6 +187,35 @@ TEST_F(RoslogImportTest, readsAMessageStore) {
   EXPECT_EQ(test::readTexts(*store_, result.behaviors[0]), Texts{"kept"});
 }
 
+/// Documents that other programs put in, with what they chose themselves.
+TEST_F(RoslogImportTest, takesAnyIdsAndOlderNamesAndNoTimesThatRosLacks) {
+  const auto logged = [](const std::string& id, const std::string& text, std::int64_t inserted_ms,
+                         const std::string& type) {
+    return R"({"_id": )" + id + R"(, "data": ")" + text + R"(", "_meta": {"topic": "a", )" +
+           R"("latch": 1, "inserted_at": )" + date(inserted_ms) + ", " + type + "}}";
+  };
+  const std::string string = R"("stored_class": "std_msgs.msg._String.String")";
+  insert("a", {logged("7", "by number", 2000, string), logged(R"("x")", "by text", 1000, string),
+               logged("8", "before 1970", -1, string),
+               logged("9", "beyond 2106", std::int64_t{1000} << 32, string),
+               logged("10", "no package", 1000, R"("stored_class": "String")")});
+  insert("tf", {R"({"_id": 1, "transforms": [], "_meta": {"topic": "/tf", "inserted_at": )" +
+                date(3000) + R"(, "stored_type": "tf/tfMessage"}})"});
+  insert("noise",
+         {R"({"_id": 1, "__recorded": )" + date(3000) + "}", R"({"_id": 2, "transforms": []})"});
+  const auto result = run();
+  const Behavior behavior = result.behaviors.at(0);
+  EXPECT_EQ(test::readTexts(*store_, behavior, {{"/a"}}), (Texts{"by text", "by number"}));
+  const auto messages = test::readAll(*store_->messages(behavior, {{"/a"}}));
+  EXPECT_TRUE(store_->channel(messages[0].channel).latching);
+  EXPECT_EQ(result.messages, 3u);
+  EXPECT_EQ(result.remarks,
+            (Texts{"/tf: 1 message of tf/tfMessage, now tf2_msgs/TFMessage, which has the same "
+                   "fields and MD5",
+                   "collection a: 3 messages left out: without a type or a time",
+                   "collection noise: 2 messages left out: without a type or a time"}));
+}
+
 TEST_F(RoslogImportTest, namesWhatItLeavesOutAndFillsIn) {
   insert("a", {loggedString("01", "good", "/a", 1000), "{" + id("02") + R"(, "data": "no meta"})",
                "{" + id("03") + R"(, "data": 5, "_meta": {"topic": "/a", "inserted_at": )" +

@@ -12,6 +12,7 @@
 #include "replay/store/sqlite/sqlite_schema.hpp"
 #include "replay/store/sqlite/sqlite_store.hpp"
 #include "replay/store/sqlite/store_care.hpp"
+#include "tests/support/faulty_store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -184,6 +185,112 @@ TEST_F(StoreCare, leavesDamagedMessagesOutOfARepair) {
   EXPECT_EQ(checkStore(path_).problems, Texts{});
 }
 
+TEST_F(StoreCare, keepsLargeMessagesInARepairAndLeavesOutDamagedOnes) {
+  const std::string large(9'000'000, 'x');
+  openStore(path_, OpenMode::ReadWrite)
+      ->append({stringMessage(1, 98 * kSecond_ns, 5000, large),
+                stringMessage(2, 99 * kSecond_ns, 5001, large)});
+  ASSERT_EQ(number("SELECT count(*) FROM chunks WHERE message > 1000"), 6);
+  sql("DELETE FROM chunks WHERE number = 1 AND message = "
+      "(SELECT id FROM messages WHERE sequence = 5001)");
+  const auto repair = repairStore(path_);
+  EXPECT_EQ(repair.messages, 1001u);
+  EXPECT_EQ(repair.lost, (Texts{"recording 1, /b: a message is lost, of 1970-01-01T00:01:39.000Z: "
+                                "chunk 1 is missing"}));
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+  const auto store = openStore(path_, OpenMode::ReadOnly);
+  const Behavior last = store->behaviors({}).front();
+  const auto messages = readAll(*store->messages(last, {{}, Stamp{98 * kSecond_ns}}));
+  EXPECT_EQ(std::count_if(messages.begin(), messages.end(),
+                          [&](const Message& message) { return textOf(message) == large; }),
+            1);
+}
+
+TEST_F(StoreCare, tellsHowFarARepairIs) {
+  std::vector<Message> many;
+  for (std::uint64_t i = 0; i < 3500; ++i) many.push_back(stringMessage(1, 5, 5000 + i, "x"));
+  openStore(path_, OpenMode::ReadWrite)->append(many);
+  std::vector<std::uint64_t> told;
+  const auto repair =
+      repairStore(path_, [&](std::uint64_t done, std::uint64_t) { told.push_back(done); });
+  EXPECT_EQ(told, (std::vector<std::uint64_t>{2000, 4000}));
+  EXPECT_EQ(repair.messages, 4500u);
+  EXPECT_EQ(number("SELECT count(*) FROM messages"), 4500);
+}
+
+TEST_F(StoreCare, countsDeadImportsAndKeepsThemInARepairForWhoDropsThem) {
+  {
+    const auto dying = openStore(path_, OpenMode::ReadWrite);
+    const std::int64_t import = dying->beginImport({0, "", "a.bag", ""});
+    const std::int64_t channel = dying->addChannel(import, stringChannel("/imported"));
+    dying->append({stringMessage(channel, 1, 0, "x")});
+    EXPECT_EQ(checkStore(path_).dead_imports, 0u) << "its program lives";
+  }
+  EXPECT_EQ(checkStore(path_).dead_imports, 1u);
+  EXPECT_EQ(repairStore(path_).lost, Texts{});
+  EXPECT_EQ(checkStore(path_).dead_imports, 1u);
+  EXPECT_EQ(openStore(path_, OpenMode::ReadWrite)->dropUnfinished(), 1u);
+  EXPECT_EQ(checkStore(path_).dead_imports, 0u);
+  EXPECT_EQ(number("SELECT count(*) FROM messages"), 1000);
+}
+
+TEST_F(StoreCare, savesWhatReferencesWereLostOf) {
+  sql("DELETE FROM recordings");
+  sql("DELETE FROM channels WHERE topic = '/b'");
+  sql("DELETE FROM definitions; INSERT INTO definitions VALUES (1, 'std_msgs/String', 'x', '')");
+  const auto repair = repairStore(path_);
+  EXPECT_EQ(repair.messages, 500u) << "those of /a";
+  EXPECT_EQ(repair.lost, Texts{"where 1 recordings come from"});
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+  EXPECT_EQ(readable(), 500u);
+  const auto recordings = openStore(path_, OpenMode::ReadOnly)->recordings();
+  ASSERT_EQ(recordings.size(), 1u);
+  EXPECT_EQ(recordings[0].key.size(), 32u);
+}
+
+TEST_F(StoreCare, repairsNothingThatIsNotThere) {
+  const std::string path = folder_.path("none.db");
+  try {
+    repairStore(path);
+    FAIL() << "repaired";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(std::string(error.what()), "sqlite:" + path + ": no such store");
+  }
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(StoreCare, leavesAStoreAloneThatIsNoneOrCannotBePutInItsPlace) {
+  const std::string other = folder_.path("notes.txt");
+  writeFile(other, std::string(5000, 'x'));
+  EXPECT_THROW(repairStore(other), StoreError);
+  EXPECT_EQ(fileBytes(other), std::string(5000, 'x'));
+  EXPECT_FALSE(fs::exists(other + ".repaired"));
+  fs::create_symlink(folder_.path("nowhere"), path_ + ".damaged");
+  try {
+    repairStore(path_);
+    FAIL() << "its old file had no name to go to";
+  } catch (const StoreError& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("cannot put the repaired store " + path_ + ".repaired"),
+        std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(readable(), 1000u);
+}
+
+TEST_F(StoreCare, editsNoBehaviorWhoseSnapshotIsDamaged) {
+  sql("UPDATE behaviors SET snapshot = '[' WHERE id = 2");
+  const auto store = openStore(path_, OpenMode::ReadWrite);
+  BehaviorEdit edit;
+  edit.notes = {"the gripper slipped"};
+  try {
+    editBehavior(*store, 2, edit);
+    FAIL() << "edited";
+  } catch (const StoreError& error) {
+    EXPECT_STREQ(error.what(), "behavior 2: its snapshot is no JSON object");
+  }
+}
+
 TEST_F(StoreCare, repairsNothingThatIsBeingRecorded) {
   const auto recorder = openStore(path_, OpenMode::Record);
   EXPECT_THROW(repairStore(path_), StoreError);
@@ -244,6 +351,26 @@ TEST_F(StoreCare, removesTheOldestUntilTheStoreIsSmallEnough) {
   store->compact();
   EXPECT_LT(fs::file_size(path_), size);
   EXPECT_EQ(checkStore(path_).problems, Texts{});
+}
+
+TEST_F(StoreCare, namesEachBehaviorThatIsRemovedAsItGoes) {
+  const auto store = openStore(path_, OpenMode::ReadWrite);
+  RetentionPolicy policy;
+  policy.ended_before = Stamp{30 * kSecond_ns};
+  std::vector<std::int64_t> named;
+  const auto gone = prune(*store, policy, [&](const Behavior& behavior) {
+    EXPECT_FALSE(store->behavior(behavior.id));
+    named.push_back(behavior.id);
+  });
+  EXPECT_EQ(named, (std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(idsOf(gone), named);
+}
+
+TEST_F(StoreCare, removesNothingBySizeWhereTheStoreDoesNotKnowIts) {
+  FaultyStore store;
+  RetentionPolicy policy;
+  policy.most_bytes = 0;
+  EXPECT_THROW(prune(store, policy), StoreError);
 }
 
 TEST_F(StoreCare, forgetsARecordingsMessagesWithItsLastBehavior) {

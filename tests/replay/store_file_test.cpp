@@ -1,5 +1,6 @@
 // What becomes of files: those that are no stores, full disks, killed writers.
 #include <gtest/gtest.h>
+#include <pwd.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -159,6 +160,68 @@ TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {
       "mongodb://...");
 }
 
+/// As of a program that systemd starts.
+TEST(StoreFile, liesInTheAccountsFolderWhereHomeIsNotSet) {
+  const passwd* account = getpwuid(geteuid());
+  if (account == nullptr) GTEST_SKIP() << "this user has no account";
+  for (const char* home : {"", static_cast<const char*>(nullptr)}) {
+    home ? setenv("HOME", home, 1) : unsetenv("HOME");
+    EXPECT_EQ(storePath(""), account->pw_dir + std::string("/.local/share/afterglow/afterglow.db"));
+  }
+  setenv("HOME", "/home/somebody", 1);
+}
+
+TEST(StoreFile, isRefusedWhereAUriNamesNone) {
+  EXPECT_EQ(openError("sqlite:", OpenMode::ReadWrite), "sqlite: names no file");
+  EXPECT_THROW(storePath("mongodb://host/roslog"), StoreError);
+  setenv("AFTERGLOW_STORE", "", 1);
+  const TempFolder folder;
+  setenv("HOME", folder.path("").c_str(), 1);
+  const std::string error = openError("", OpenMode::ReadOnly);
+  EXPECT_NE(error.find("no such store; it is the default one"), std::string::npos) << error;
+  unsetenv("AFTERGLOW_STORE");
+  setenv("HOME", "/home/somebody", 1);
+}
+
+/// Of which SQLite makes URIs.
+TEST(StoreFile, mayHaveAnyName) {
+  const TempFolder folder;
+  for (const char* name : {"50% off.db", "what?.db", "no #1.db", "a%20b.db", "mode=ro&x.db"}) {
+    openStore(folder.path(name), OpenMode::Record)->addRecording({0, "", name, ""});
+    EXPECT_EQ(openStore(folder.path(name), OpenMode::ReadOnly)->recordings().at(0).source, name);
+    EXPECT_TRUE(fs::exists(folder.path(name)));
+  }
+}
+
+TEST(StoreFile, isNoPipe) {
+  const TempFolder folder;
+  ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
+  for (const OpenMode mode : {OpenMode::ReadOnly, OpenMode::Record}) {
+    EXPECT_EQ(openError(folder.path("pipe"), mode),
+              "sqlite:" + folder.path("pipe") + ": not an Afterglow store: it is no regular file");
+  }
+}
+
+TEST(StoreFile, saysWhyItCannotBeLocked) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  fs::create_directory(path + ".lock");
+  EXPECT_EQ(openError(path, OpenMode::Record),
+            "sqlite:" + path + ": cannot make " + path + ".lock: Is a directory");
+  fs::create_directory(path + ".imports");
+  EXPECT_THROW(openStore(path, OpenMode::ReadWrite)->beginImport({0, "", "a.bag", ""}), StoreError);
+}
+
+TEST(StoreFile, growsInItsFolder) {
+  const TempFolder folder;
+  EXPECT_EQ(openStore(folder.path("store.db"), OpenMode::ReadWrite)->folder() + "/",
+            folder.path(""));
+  const auto in_memory = openMemoryStore();
+  EXPECT_EQ(in_memory->folder(), "");
+  in_memory->compact();
+  EXPECT_EQ(in_memory->dropUnfinished(), 0u);
+}
+
 TEST(StoreFile, isNamedByAFileThatKeepsAPassword) {
   const TempFolder folder;
   writeFile(folder.path("uri"), "mongodb://robot:geh@eim@host/fleet?tls=true\r\nmore\n");
@@ -296,6 +359,10 @@ TEST(StoreFile, isOthersToReadIfThatIsAsked) {
   openStore(folder.path("a/store.db"), OpenMode::Record);
   EXPECT_EQ(modeOf(folder.path("a")), fs::perms(0775));
   EXPECT_EQ(modeOf(folder.path("a/store.db")), fs::perms(0664));
+  setenv("AFTERGLOW_STORE_ACCESS", "group", 1);
+  openStore(folder.path("c/store.db"), OpenMode::Record);
+  EXPECT_EQ(modeOf(folder.path("c")), fs::perms(0770));
+  EXPECT_EQ(modeOf(folder.path("c/store.db")), fs::perms(0660));
   setenv("AFTERGLOW_STORE_ACCESS", "everybody", 1);
   EXPECT_NE(openError(folder.path("b.db"), OpenMode::ReadWrite)
                 .find("AFTERGLOW_STORE_ACCESS is \"everybody\": private, group or all"),

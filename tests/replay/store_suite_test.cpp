@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "replay/query/filter.hpp"
 #include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
+#include "replay/store/store_reading.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/store_samples.hpp"
@@ -340,6 +343,79 @@ TEST_P(StoreSuite, anEditChangesABehaviorOrNothingOfIt) {
   EXPECT_THROW(editBehavior(*store, id + 7, {}), StoreError);
 }
 
+/// What an edit is refused with; the behavior stays as it was.
+std::string refusalOf(Store& store, std::int64_t id, const BehaviorEdit& edit) {
+  const Behavior before = store.behavior(id).value();
+  std::string why;
+  try {
+    editBehavior(store, id, edit);
+  } catch (const StoreError& error) {
+    why = error.what();
+  }
+  const Behavior after = store.behavior(id).value();
+  EXPECT_EQ(std::tie(after.name, after.tags, after.begin, after.end, after.snapshot),
+            std::tie(before.name, before.tags, before.begin, before.end, before.snapshot));
+  return why;
+}
+
+TEST_P(StoreSuite, anEditThatWouldHideABehaviorOrLeaveNothingOfItIsRefused) {
+  const auto id = store->addBehavior(sampleBehavior(recording, {"/a"}, 10, 20));
+  const std::string behavior = "behavior " + std::to_string(id);
+  BehaviorEdit edit;
+  edit.name = "";
+  EXPECT_EQ(refusalOf(*store, id, edit), "an empty name: a behavior is found by its name");
+  edit = {};
+  edit.add_tags = {"demo", ""};
+  EXPECT_EQ(refusalOf(*store, id, edit), "an empty tag finds nothing");
+  edit = {};
+  edit.remove_tags = {"demo"};
+  EXPECT_EQ(refusalOf(*store, id, edit), behavior + " has no tag \"demo\"");
+  const std::optional<std::int64_t> cuts[][2] = {{-1, 5}, {5, 5}, {6, 5}, {5, 11}, {10, {}}};
+  for (const auto& [from, to] : cuts) {
+    edit = {};
+    edit.from_ns = from;
+    edit.to_ns = to;
+    EXPECT_EQ(refusalOf(*store, id, edit),
+              behavior +
+                  " is 0 ms long: the part that stays has to begin and end within, in this "
+                  "order")
+        << *from;
+  }
+}
+
+TEST_P(StoreSuite, aTrimForgetsTheFramesOfMomentsThatAreNoLongerItsBeginOrEnd) {
+  const auto framesAfter = [&](std::optional<std::int64_t> from, std::optional<std::int64_t> to) {
+    Behavior behavior = sampleBehavior(recording, {"/a"}, 10, 20);
+    behavior.wall_begin = Stamp{1000};
+    behavior.snapshot = R"({"frames": {"begin": 1, "end": 2}, "urdf": "x"})";
+    const auto id = store->addBehavior(behavior);
+    BehaviorEdit edit;
+    edit.from_ns = from;
+    edit.to_ns = to;
+    const Behavior edited = editBehavior(*store, id, edit);
+    EXPECT_EQ(edited.wall_begin, Stamp{1000 + from.value_or(0)});
+    const auto snapshot = nlohmann::json::parse(store->behavior(id)->snapshot);
+    EXPECT_EQ(snapshot["urdf"], "x");
+    return snapshot["frames"].dump();
+  };
+  EXPECT_EQ(framesAfter(2, {}), R"({"end":2})");
+  EXPECT_EQ(framesAfter({}, 9), R"({"begin":1})");
+  EXPECT_EQ(framesAfter(2, 9), "{}");
+  EXPECT_EQ(framesAfter(0, 10), R"({"begin":1,"end":2})") << "nothing is cut off";
+}
+
+TEST(Notes, areTheTextsAmongWhatASnapshotCallsNotes) {
+  Behavior behavior;
+  const auto notesIn = [&](const char* snapshot) {
+    behavior.snapshot = snapshot;
+    return notesOf(behavior);
+  };
+  EXPECT_EQ(notesIn(R"({"notes": ["slipped", 7, null, "fell"]})"), (Texts{"slipped", "fell"}));
+  for (const char* none : {"{}", "[]", "no JSON", R"({"notes": "slipped"})"}) {
+    EXPECT_EQ(notesIn(none), Texts{}) << none;
+  }
+}
+
 TEST_P(StoreSuite, whatIsBeingRecordedIsNotEdited) {
   Behavior behavior = sampleBehavior(recording, {"/a"}, 10, 20);
   behavior.end.reset();
@@ -406,6 +482,88 @@ TEST_P(StoreSuite, topicsAreSummedUpByTypeAndOwnership) {
   EXPECT_EQ(context[0].topic, "/b");
 }
 
+TEST(TopicSummary, hasARateFromTheSecondMessageOn) {
+  EXPECT_EQ((TopicSummary{"/a", "t/T", 5, Stamp{0}, Stamp{2'000'000'000}}.rate_hz()), 2.0);
+  EXPECT_FALSE((TopicSummary{"/a", "t/T", 1, Stamp{0}, Stamp{0}}.rate_hz()));
+  EXPECT_FALSE((TopicSummary{"/a", "t/T", 3, Stamp{4}, Stamp{4}}.rate_hz())) << "all at once";
+}
+
+/// As the scene of a moment is put together: topics may have been silent for long.
+TEST_P(StoreSuite, theNewestMessageBeforeAMomentIsFoundHoweverLongAgoItCame) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  store->append({message("/a", 5, 1, "first"), message("/a", 40 * kSecond, 2, "second"),
+                 message("/a", 40 * kSecond, 3, "at once"),
+                 message("/b", 41 * kSecond, 4, "other")});
+  const Behavior behavior = sampleBehavior(recording, {"/a"}, 5, 50 * kSecond);
+  const auto newest = [&](const std::string& topic, std::int64_t moment_ns) {
+    const auto found = newestMessage(*store, behavior, topic, Stamp{moment_ns});
+    return found ? test::textOf(*found) : "";
+  };
+  EXPECT_EQ(newest("/a", 49 * kSecond), "at once") << "of two at one time the last sent";
+  EXPECT_EQ(newest("/a", 40 * kSecond), "at once") << "the moment itself counts";
+  EXPECT_EQ(newest("/a", 40 * kSecond - 1), "first");
+  EXPECT_EQ(newest("/a", 5), "first");
+  EXPECT_EQ(newest("/a", 4), "") << "before the behavior's begin";
+  EXPECT_EQ(newest("/b", 49 * kSecond), "other") << "of its context";
+  EXPECT_EQ(newest("/b", 40 * kSecond), "");
+}
+
+TEST_P(StoreSuite, definitionsThatCannotBeUnderstoodAreRefusedEachTime) {
+  KnownChannels channels(*store);
+  const std::int64_t bad = store->addChannel(
+      recording, {"/x", "t/T", std::string(32, '0'), "this is no definition !\n", false, ""});
+  for (int round = 0; round < 2; ++round) EXPECT_THROW(channels.schema(bad), MessageError);
+  EXPECT_EQ(channels.channel(bad).topic, "/x");
+  EXPECT_EQ(channels.schema(channel("/a")).types().front().name, "std_msgs/String");
+  EXPECT_THROW(channels.channel(4711), StoreError);
+}
+
+TEST_P(StoreSuite, aSequenceBeyondWhatTheStoreCountsIsRefused) {
+  const std::uint64_t most = std::numeric_limits<std::int64_t>::max();
+  store->append({message("/a", 1, most, "last")});
+  try {
+    store->append({message("/a", 2, 1, "a"), message("/a", 3, most + 1, "beyond")});
+    ADD_FAILURE() << "stored";
+  } catch (const StoreError& error) {
+    EXPECT_NE(std::string(error.what()).find("a sequence of 9223372036854775808 is too large"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(texts(), Texts{"last"}) << "nothing of that append";
+}
+
+TEST_P(StoreSuite, anAppendMayHoldMessagesOfSeveralRecordings) {
+  const std::int64_t other = store->addRecording({0, "", "other", "fetch8"});
+  const std::int64_t there = store->addChannel(other, stringChannel("/a"));
+  store->append({message("/a", 1, 1, "here"), stringMessage(there, 1, 1, "there"),
+                 message("/a", 2, 2, "here, too")});
+  EXPECT_EQ(texts(), (Texts{"here", "here, too"}));
+  EXPECT_EQ(test::readTexts(*store, sampleBehavior(other, {"/a"}, 0, 9)), Texts{"there"});
+  EXPECT_THROW(store->append({message("/a", 3, 3, "new"), stringMessage(there, 1, 1, "there")}),
+               StoreError);
+  EXPECT_EQ(texts(), (Texts{"here", "here, too"})) << "all of an append or nothing";
+}
+
+TEST_P(StoreSuite, objectsThatAreNoneOrNestedTooDeepAreRefused) {
+  const auto refusal = [&](const std::string& parameters) -> std::string {
+    Behavior behavior = sampleBehavior(recording, {"/a"}, 0, 9);
+    behavior.parameters = parameters;
+    try {
+      store->addBehavior(behavior);
+    } catch (const StoreError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string what = "parameters of behavior \"pick\": ";
+  EXPECT_NE(refusal(R"({"x": )" + std::string(10'000, '[') + std::string(10'000, ']') + "}")
+                .find(what + "nested too deep"),
+            std::string::npos);
+  EXPECT_NE(refusal("[1]").find(what + "no JSON object"), std::string::npos);
+  EXPECT_NE(refusal("{").find(what + "no JSON object"), std::string::npos);
+  EXPECT_TRUE(store->behaviors({}).empty());
+}
+
 TEST_P(StoreSuite, filesAreKeptByTheirSum) {
   const std::string sum(64, 'a');
   const Bytes contents{0, 1, 255};
@@ -433,6 +591,36 @@ TEST_P(StoreSuite, aTransactionThatThrowsLeavesNothing) {
   EXPECT_EQ(store->behavior(kept)->end, Stamp{9});
   store->transaction([&] { store->removeBehavior(kept); });
   EXPECT_EQ(texts(), Texts{});
+}
+
+TEST_P(StoreSuite, aTransactionThatThrowsForgetsItsRecordingsAndChannels) {
+  std::int64_t gone_recording = 0, gone_channel = 0;
+  const auto fail = [&] {
+    store->transaction([&] {
+      gone_recording = store->addRecording({0, "", "gone", ""});
+      gone_channel = store->addChannel(gone_recording, stringChannel("/gone"));
+      store->append({stringMessage(gone_channel, 1, 1, "gone")});
+      store->addFile(std::string(64, 'a'), {1});
+      throw std::runtime_error("enough");
+    });
+  };
+  EXPECT_THROW(fail(), std::runtime_error);
+  EXPECT_EQ(store->recordings().size(), 1u);
+  EXPECT_THROW(store->channel(gone_channel), StoreError);
+  EXPECT_THROW(store->addChannel(gone_recording, stringChannel("/gone")), StoreError);
+  EXPECT_FALSE(store->file(std::string(64, 'a')));
+}
+
+TEST_P(StoreSuite, aFinishedImportWhoseTransactionFailsIsUnfinishedStill) {
+  const std::int64_t id = store->beginImport({0, "", "a.bag", ""});
+  const auto fail = [&] {
+    store->transaction([&] {
+      store->finishImport(id);
+      throw std::runtime_error("enough");
+    });
+  };
+  EXPECT_THROW(fail(), std::runtime_error);
+  store->finishImport(id);
 }
 
 template <typename T>

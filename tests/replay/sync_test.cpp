@@ -119,6 +119,109 @@ TEST(Sync, completesAParentThatComesLater) {
   expectPick(*fleet, robot.sum);
 }
 
+TEST(Sync, completesABehaviorThatHadNoEndThere) {
+  const Robot robot;
+  BehaviorFilter picks;
+  picks.name = "pick";
+  Behavior unended = robot.store->behaviors(picks).at(0);
+  const auto fleet = openMemoryStore();
+  unended.recording = fleet->addRecording(robot.store->recordings().at(0));
+  unended.end.reset();
+  unended.outcome.clear();
+  unended.snapshot = "{}";
+  fleet->addBehavior(unended);
+  const SyncReport report = syncBehaviors(*robot.store, *fleet, picks);
+  EXPECT_EQ(report.completed, 1u);
+  EXPECT_EQ(report.copied, 0u);
+  const Behavior completed = fleet->behaviors(picks).at(0);
+  EXPECT_EQ(completed.end, Stamp{20});
+  EXPECT_EQ(completed.outcome, "success");
+  EXPECT_NE(completed.snapshot.find(robot.sum), std::string::npos);
+  EXPECT_EQ(test::readTexts(*fleet, completed), (Texts{"a", "b"}));
+  EXPECT_EQ(fleet->file(robot.sum), (Bytes{1, 2, 3}));
+}
+
+TEST(Sync, endsABehaviorThatLacksItsEndBehindItsLastMessage) {
+  const auto robot = openMemoryStore(), fleet = openMemoryStore();
+  const std::int64_t recording = robot->addRecording({0, "", "recorder", "fetch7"});
+  const std::int64_t a = robot->addChannel(recording, stringChannel("/a"));
+  robot->append({stringMessage(a, 10, 1, "a"), stringMessage(a, 12, 2, "b")});
+  Behavior died = sampleBehavior(recording, {"/a"}, 10, 0);
+  died.end.reset();
+  died.outcome = kIncomplete;
+  robot->addBehavior(died);
+  EXPECT_EQ(syncBehaviors(*robot, *fleet, {}).copied, 1u);
+  EXPECT_EQ(fleet->behaviors({}).at(0).end, Stamp{13});
+}
+
+TEST(Sync, sendsTheMessagesThatAreMissingThere) {
+  const Robot robot;
+  const auto fleet = openMemoryStore();
+  BehaviorFilter picks;
+  picks.name = "pick";
+  syncBehaviors(*robot.store, *fleet, picks);
+  const Behavior pick = robot.store->behaviors(picks).at(0);
+  robot.store->append({stringMessage(1, 15, 5, "late")});
+  SyncTerms terms;
+  EXPECT_EQ(syncBehaviors(*robot.store, *fleet, {pick}, terms).present, 1u);
+  terms.is_sending = true;
+  EXPECT_EQ(syncBehaviors(*robot.store, *fleet, {pick}, terms).completed, 1u);
+  EXPECT_EQ(test::readTexts(*fleet, fleet->behaviors(picks).at(0)), (Texts{"a", "b", "late"}));
+}
+
+TEST(Sync, copiesTheFilesThatASnapshotNamesAndAreThere) {
+  const auto copied = [](const std::string& snapshot) {
+    const Robot robot;
+    const auto fleet = openMemoryStore();
+    BehaviorFilter picks;
+    picks.name = "pick";
+    Behavior pick = robot.store->behaviors(picks).at(0);
+    pick.snapshot = snapshot;
+    robot.store->updateBehavior(pick);
+    return syncBehaviors(*robot.store, *fleet, picks).files;
+  };
+  const std::string there(64, 'a'), missing(64, 'b');
+  EXPECT_EQ(copied(R"({"urdf": ")" + there + R"("})"), 1u);
+  EXPECT_EQ(copied(R"({"urdf": ")" + missing + R"("})"), 0u);
+  EXPECT_EQ(copied(R"({"urdf": 7, "files": {"x": null, "y": ")" + there + R"("}})"), 1u);
+  EXPECT_EQ(copied(R"({"files": 5})"), 0u);
+  EXPECT_EQ(copied("{}"), 0u);
+}
+
+/// Who sends asks again; a message that is refused for itself is left out.
+TEST(Sync, leavesOutNothingForAStoreThatIsBusyOrAway) {
+  const Robot robot;
+  BehaviorFilter picks;
+  picks.name = "pick";
+  const std::vector<Behavior> pick = robot.store->behaviors(picks);
+  SyncTerms terms;
+  terms.is_sending = terms.leaves_out_refused = true;
+  test::FaultyStore fleet;
+  fleet.keepBusy(true);
+  EXPECT_THROW(syncBehaviors(*robot.store, fleet, pick, terms), StoreBusy);
+  fleet.keepBusy(false);
+  fleet.refuseLargerThan(5);
+  robot.store->append({stringMessage(1, 13, 5, "larger")});
+  SyncReport report = syncBehaviors(*robot.store, fleet, pick, terms);
+  EXPECT_EQ(report.refused, 2u);
+  EXPECT_EQ(report.last_refusal, "a message on /a: too large");
+  EXPECT_EQ(test::readTexts(fleet, fleet.behaviors(picks).at(0)), (Texts{"a", "b"}));
+}
+
+TEST(Sync, saysWhichRecordingIsMissing) {
+  const Robot robot;
+  const auto fleet = openMemoryStore();
+  Behavior lost = sampleBehavior(77, {"/a"}, 10, 20);
+  lost.key = newKey();
+  try {
+    syncBehaviors(*robot.store, *fleet, {lost}, {});
+    FAIL() << "copied";
+  } catch (const StoreError& error) {
+    EXPECT_STREQ(error.what(), "recording 77 is missing in the store");
+  }
+  EXPECT_TRUE(fleet->behaviors({}).empty());
+}
+
 TEST(Sync, goesToAServerAndBack) {
   if (const auto why = test::MongoServer::absence()) GTEST_SKIP() << *why;
   const test::MongoServer server;

@@ -40,6 +40,15 @@ class EntryReader {
   std::size_t at_ = 0;
 };
 
+/// The store's id for one of the spool's.
+std::int64_t knownId(const std::map<std::int64_t, std::int64_t>& ids, const char* what,
+                     std::int64_t id) {
+  const auto known = ids.find(id);
+  if (known != ids.end()) return known->second;
+  throw StoreError(std::string("the spool is damaged: ") + what + " " + std::to_string(id) +
+                   " is missing");
+}
+
 class OldSpool {
  public:
   OldSpool(const std::string& path, Store& store)
@@ -68,7 +77,7 @@ class OldSpool {
       const Channel channel{channels.text(2), channels.text(3),         channels.text(4),
                             channels.text(5), channels.integer(6) != 0, channels.text(7)};
       channels_[channels.integer(0)] =
-          store_.addChannel(recordings_.at(channels.integer(1)), channel);
+          store_.addChannel(knownId(recordings_, "recording", channels.integer(1)), channel);
     }
   }
 
@@ -91,7 +100,7 @@ class OldSpool {
     std::vector<Message> messages;
     while (!reader.atEnd()) {
       Message message;
-      message.channel = channels_.at(reader.get<std::int64_t>());
+      message.channel = knownId(channels_, "channel", reader.get<std::int64_t>());
       message.received = {reader.get<std::int64_t>()};
       message.sequence = reader.get<std::uint64_t>();
       const bool has_header = reader.get<std::uint8_t>() != 0;
@@ -120,7 +129,7 @@ class OldSpool {
         last.bind(1, behavior.recording);
         endIncomplete(behavior, last.step() ? last.optionalInteger(0) : std::nullopt);
       }
-      behavior.recording = recordings_.at(behavior.recording);
+      behavior.recording = knownId(recordings_, "recording", behavior.recording);
       store_.addBehavior(behavior);
     }
   }
