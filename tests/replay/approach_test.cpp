@@ -249,6 +249,22 @@ TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
   for (std::size_t i = 1; i < way.size(); ++i) {
     EXPECT_GT(timeFromStartNs(way[i]), timeFromStartNs(way[i - 1]));
   }
+
+  const GoalProgress at_its_begin{{0}, {0}, 0};
+  const RestNeed need = start.needToGoOn(arm, bytes, at_its_begin).value();
+  EXPECT_TRUE(need.is_elsewhere);
+  EXPECT_GE(need.seconds, lead);
+  Value gone_on = decode(test::schemaOf(arm), start.goOn(arm, bytes, at_its_begin, need.seconds));
+  const Array& rest = *trajectoryIn(gone_on)->points;
+  bool goes_round = false;
+  for (std::size_t i = 1; i < rest.size(); ++i) {
+    EXPECT_GT(timeFromStartNs(rest[i]), timeFromStartNs(rest[i - 1]));
+    const Numbers there = numbersAt(rest[i], "positions");
+    goes_round = goes_round || (std::abs(there[0]) < 0.03 && std::abs(there[1] - 1) < 0.03);
+  }
+  EXPECT_TRUE(goes_round) << "the elbow first";
+  expectNear(numbersAt(rest.back(), "positions"), {1.2, 1.2}, 1e-9);
+
   live = {0.5, 0.1};
   EXPECT_THROW(start.leadOf(arm, bytes, {0}), ArmElsewhere) << "from there none was recorded";
 }

@@ -155,6 +155,21 @@ TEST_F(ArmStartOf, givesAJointThatIsElsewhereTheTimeToGetThereIfItMay) {
   EXPECT_NEAR(points[2].time, lead + 1, 1e-6);
 }
 
+TEST_F(ArmStartOf, standsAndSetsOffAgainWhereTheGoalBeginsInMotion) {
+  options.elsewhere = Elsewhere::Approach;
+  live["elbow"].position = 0.6;
+  const ArmStart approach = start();
+  const Bytes moving = goalOf({"elbow", "wrist"},
+                              {{0, {0, 0}, {1, -1}}, {1, {1, -1}, {1, -1}}, {2, {1, -1}, {0, 0}}});
+  const double lead = approach.leadOf(kArm, moving, {0}).value();
+  const auto points = pointsOf(approach.begin(kArm, moving, {0}, lead));
+  ASSERT_GT(points.size(), 4u) << "where it is, where it sets off, how it gets as fast";
+  EXPECT_EQ(points[0].positions, (Numbers{0.6, 0}));
+  EXPECT_NEAR(points[1].positions[0], 0, 1e-9);
+  EXPECT_NEAR(points[1].velocities[0], 0, 1e-9);
+  EXPECT_GE(points[1].time, lead - 1e-6);
+}
+
 TEST_F(ArmStartOf, goesOnFromWhereItWasHaltedThoughThatIsLate) {
   ArmStart arm = start();
   arm.begin(kArm, both, {0}, 0);
@@ -251,6 +266,38 @@ TEST_F(ArmStartOf, beginsTheRestAsAGoalOfItsOwnWhereItsPathIsNotKnown) {
   EXPECT_NEAR(points[1].time, 0.6, 1e-6);
 }
 
+TEST_F(ArmStartOf, needsTheTimeToGetToTheRestOfAGoalWhosePathIsNotKnown) {
+  track = JointTrack();
+  options.elsewhere = Elsewhere::Approach;
+  const Bytes goal = goalOf({"elbow"}, {{1, {0.5}}, {2, {1.0}}});
+  live["elbow"].position = 0.2;
+  RestNeed need = start().needToGoOn(kArm, goal, goneOn(0.4)).value();
+  EXPECT_EQ(need.seconds, 0) << "0.3 rad in 0.6 s are no faster than the goal";
+  EXPECT_FALSE(need.is_elsewhere);
+  live["elbow"].position = -0.2;
+  need = start().needToGoOn(kArm, goal, goneOn(0.4)).value();
+  EXPECT_NEAR(need.seconds, 1.5 * 0.7 / 0.3, 1e-9);
+  EXPECT_TRUE(need.is_elsewhere);
+}
+
+TEST_F(ArmStartOf, goesOnAsItWasRecordedWhereNobodyTellsOfAJointAndAnyStartWillDo) {
+  live.erase("wrist");
+  options.elsewhere = Elsewhere::Accept;
+  const auto points = pointsOf(start().goOn(kArm, both, goneOn(0.5), 0));
+  ASSERT_EQ(points.size(), 1u);
+  EXPECT_NEAR(points[0].time, 0.5, 1e-9);
+  EXPECT_EQ(points[0].positions, (Numbers{1, -1}));
+}
+
+TEST_F(ArmStartOf, settlesOnASinglePointThatWasDueAtOnce) {
+  live = {{"elbow", {1, 0}}, {"wrist", {-1, 0}}};
+  const Bytes goal = goalOf({"elbow", "wrist"}, {{0, {1, -1}}});
+  const GoalProgress begun{{1500 * kMs}, {1500 * kMs}, 0};
+  const auto points = pointsOf(start().goOn(kArm, goal, begun, 0));
+  EXPECT_EQ(points.back().positions, (Numbers{1, -1}));
+  EXPECT_GT(points.back().time, 0);
+}
+
 TEST_F(ArmStartOf, refusesToGoOnElsewhere) {
   live["elbow"].position = 0.9;
   EXPECT_THROW(start().needToGoOn(kArm, both, goneOn(0.25)), ArmElsewhere);
@@ -340,6 +387,8 @@ TEST_F(ArmStartOf, leavesGoalsWithoutATrajectoryAlone) {
   const Bytes goal = goalOf({"elbow"}, {});
   EXPECT_FALSE(start().leadOf(kArm, goal, {0}));
   EXPECT_EQ(start().begin(kArm, goal, {0}, 1), goal);
+  EXPECT_FALSE(start().needToGoOn(kArm, goal, goneOn(0.5)));
+  EXPECT_EQ(start().goOn(kArm, goal, goneOn(0.5), 1), goal);
 }
 
 TEST_F(ArmStartOf, knowsAJointByTheSamplesAroundAMoment) {
@@ -350,6 +399,17 @@ TEST_F(ArmStartOf, knowsAJointByTheSamplesAroundAMoment) {
   EXPECT_NEAR(reach->most, 0.6, 1e-9);
   EXPECT_FALSE(track.around("elbow", {3500 * kMs}, 100 * kMs)) << "not heard of for 1.5 s";
   EXPECT_FALSE(track.around("knee", {0}, 100 * kMs));
+}
+
+TEST_F(ArmStartOf, leavesOutPositionsThatAreNoNumbers) {
+  JointTrack heard;
+  heard.add("elbow", {0}, std::nan(""));
+  EXPECT_TRUE(heard.names().empty());
+  heard.add("elbow", {0}, 0.5);
+  heard.add("elbow", {100 * kMs}, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(heard.at({200 * kMs}).at("elbow"), 0.5);
+  EXPECT_EQ(heard.fastest("knee", {0}, {1000 * kMs}), 0) << "nobody told of it";
+  EXPECT_EQ(heard.fastest("elbow", {5000 * kMs}, {6000 * kMs}), 0) << "not heard of by then";
 }
 
 TEST_F(ArmStartOf, thinsSamplesThatComeFasterThanEveryTenMilliseconds) {

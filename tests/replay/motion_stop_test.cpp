@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <map>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "replay/motion/motion_limits.hpp"
+#include "replay/motion/motion_rate.hpp"
 #include "replay/motion/stops/motion_monitor.hpp"
 #include "replay/motion/stops/stop_maker.hpp"
 #include "tests/support/player_world.hpp"
@@ -77,6 +79,47 @@ Bytes trajectory(const Channel& channel, const std::string& at, double velocity)
   test::at(point, "velocities") = numberArray({velocity});
   test::at(message, at + "joint_names") = Array{std::string("elbow")};
   test::at(message, at + "points") = Array{point};
+  return encode(schema, message);
+}
+
+const Channel kDrone = channelOf(
+    "/drone/command/trajectory", "trajectory_msgs/MultiDOFJointTrajectory",
+    withTypes("Header header\nstring[] joint_names\nMultiDOFJointTrajectoryPoint[] points\n",
+              "std_msgs/Header", kHeader, "trajectory_msgs/MultiDOFJointTrajectoryPoint",
+              "geometry_msgs/Transform[] transforms\ngeometry_msgs/Twist[] velocities\n"
+              "geometry_msgs/Twist[] accelerations\nduration time_from_start\n",
+              "geometry_msgs/Transform", "Vector3 translation\nQuaternion rotation\n",
+              "geometry_msgs/Vector3", kPoint, "geometry_msgs/Quaternion", kPoint + "float64 w\n",
+              "geometry_msgs/Twist", kVectors));
+
+/// Of one body, which is at these places, m, a second apart; with velocities of m/s and rad/s.
+Bytes flight(const std::vector<double>& places, double speed, double turn) {
+  const Schema schema = schemaOf(kDrone);
+  Value transform = blank(schema, "geometry_msgs/Transform");
+  Value velocity = blank(schema, "geometry_msgs/Twist");
+  for (const char* axis : {".x", ".y", ".z"}) {
+    for (const char* part : {"translation", "rotation"}) {
+      test::at(transform, std::string(part) + axis) = 0.0;
+    }
+    for (const char* part : {"linear", "angular"})
+      test::at(velocity, std::string(part) + axis) = 0.0;
+  }
+  test::at(transform, "rotation.w") = 1.0;
+  test::at(velocity, "linear.z") = speed;
+  test::at(velocity, "angular.x") = turn;
+  Array points;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Value point = blank(schema, "trajectory_msgs/MultiDOFJointTrajectoryPoint");
+    test::at(transform, "translation.y") = places[i];
+    test::at(point, "transforms") = Array{transform};
+    test::at(point, "velocities") = Array{velocity};
+    test::at(point, "accelerations") = Array{};
+    test::at(point, "time_from_start") = RosDuration{static_cast<std::int32_t>(i), 0};
+    points.push_back(point);
+  }
+  Value message = blank(kDrone);
+  test::at(message, "joint_names") = Array{std::string("drone")};
+  test::at(message, "points") = points;
   return encode(schema, message);
 }
 
@@ -242,6 +285,41 @@ TEST(KindsOfMotion, areHeldToTheLimits) {
   }
 }
 
+/// Drones and boats, of which a rule says what stops them.
+TEST(KindsOfMotion, areHeldToTheLimitsWhereTheyFly) {
+  MotionLimits limits;
+  limits.linear = 0.1;
+  limits.angular = 0.2;
+  const auto why = [&](const std::vector<double>& places, double speed, double turn) {
+    const OneMessage one(kDrone, flight(places, speed, turn));
+    return whyTooFast(motionPeaks(*one.store, one.plan, limits), 1);
+  };
+  EXPECT_EQ(why({0, 0.05, 0}, 0.05, 0.15), "");
+  EXPECT_EQ(why({0}, 0.5, 0),
+            "/drone/command/trajectory: linear velocity of 0.5 m/s at rate 1, 0.7 s into the "
+            "behavior, is above the limit of 0.1");
+  EXPECT_EQ(why({0}, 0, -0.5),
+            "/drone/command/trajectory: angular velocity of 0.5 rad/s at rate 1, 0.7 s into the "
+            "behavior, is above the limit of 0.2");
+  EXPECT_EQ(why({0, 0.05, -0.25}, 0, 0),
+            "/drone/command/trajectory: linear velocity of 0.3 m/s at rate 1, 2.7 s into the "
+            "behavior, is above the limit of 0.1")
+      << "by its places, though it claims to stand";
+  EXPECT_THROW(why({0, std::nan("")}, 0, 0), std::runtime_error);
+}
+
+TEST(KindsOfMotion, areHeldInHowFastTheySteer) {
+  MotionLimits limits;
+  limits.other_joints.velocity = 0.5;
+  const Channel channel = channelOf("/ackermann_cmd", "ackermann_msgs/AckermannDrive", kAckermann);
+  const auto why = [&](float steering) {
+    const OneMessage one(channel, with(channel, "steering_angle_velocity", steering));
+    return whyTooFast(motionPeaks(*one.store, one.plan, limits), 1);
+  };
+  EXPECT_EQ(why(0.4F), "");
+  EXPECT_NE(why(-0.75F).find("velocity of the steering of 0.75 rad/s"), std::string::npos);
+}
+
 TEST(KindsOfMotion, areRefusedWithNumbersThatAreNone) {
   for (const auto& [pattern, kind] : kinds()) {
     for (const double odd : {std::nan(""), std::numeric_limits<double>::infinity()}) {
@@ -292,6 +370,17 @@ TEST(MotionRate, slowsTheHeadThatAsksForNoVelocity) {
   EXPECT_EQ(headVelocityAt(0.5, 0.3), 0.15);
 }
 
+TEST(MotionRate, refusesDurationsThatFitNoMessage) {
+  Bytes goal = goalMessage("a", {1, 4});
+  const MotionRate slow(schemaOf(kArm));
+  try {
+    slow.apply(goal, 1e-9);
+    FAIL() << "4000 million seconds";
+  } catch (const MessageError& error) {
+    EXPECT_STREQ(error.what(), "a duration of 4000000000.000000 s fits no message");
+  }
+}
+
 TEST(OddNumber, isNamedByItsPlace) {
   const Channel goal = kArm;
   EXPECT_EQ(oddNumber(schemaOf(goal), trajectory(goal, "goal.trajectory.", std::nan(""))),
@@ -300,6 +389,17 @@ TEST(OddNumber, isNamedByItsPlace) {
   EXPECT_EQ(oddNumber(schemaOf(channelOf("/any", "std_msgs/Float64MultiArray", kMultiArray)),
                       group({0, -std::numeric_limits<double>::infinity()})),
             "data[1] is -inf");
+  const auto odd = [](const std::string& fields, FieldType type, const auto& number) {
+    const Channel channel = channelOf("/any", "test/Numbers", fields);
+    NumberArray numbers{type, Bytes(2 * sizeof number)};
+    std::memcpy(numbers.bytes.data() + sizeof number, &number, sizeof number);
+    return oddNumber(schemaOf(channel), with(channel, "data", numbers));
+  };
+  EXPECT_EQ(odd("float32[] data\n", FieldType::Float32, std::numeric_limits<float>::infinity()),
+            "data[1] is inf");
+  EXPECT_EQ(odd("float32[] data\n", FieldType::Float32, 1.F), "");
+  EXPECT_EQ(odd("int32[] data\n", FieldType::Int32, std::int32_t{-1}), "")
+      << "every whole number is one";
 }
 
 // --------------------------------------------------------------------------------- what stops them
@@ -327,6 +427,17 @@ TEST(StopMaker, sendsAsManyZerosAsThereWereNumbers) {
   EXPECT_TRUE(maker.isNeutral(group({0, -0.0})));
   EXPECT_THROW(maker.after(Bytes(3)), MessageError);
   EXPECT_FALSE(maker.isNeutral(Bytes(3)));
+}
+
+TEST(StopMaker, hasNothingToSendForWhatStopsOrEndsByItself) {
+  const Channel channel = channelOf("/runstop", "std_msgs/Bool", "bool data\n");
+  for (const StopKind kind : {StopKind::IsStop, StopKind::EndsItself}) {
+    const StopMaker maker(channel, ruleOf(kind));
+    EXPECT_FALSE(maker.hasMessage());
+    EXPECT_TRUE(maker.before().empty());
+    EXPECT_TRUE(maker.after({1}).empty());
+    EXPECT_EQ(maker.isNeutral({1}), kind == StopKind::IsStop);
+  }
 }
 
 TEST(StopMaker, setsTheFieldsThatARuleNames) {
@@ -550,6 +661,8 @@ TEST(Gripper, isStoppedByAGoalAtItsGapOnceThatIsKnown) {
   test::at(goal, "goal_id.id") = std::string("close");
   watch.sending(gripper.channel, encode(schemaOf(gripper.channel), goal));
   EXPECT_EQ(watch.moving(), Outputs{0}) << "by a cancel";
+  EXPECT_FALSE(watch.gapMeasured(std::nan("")));
+  EXPECT_EQ(watch.moving(), Outputs{0}) << "its gap is not known yet";
   EXPECT_TRUE(watch.gapMeasured(0.07));
   EXPECT_EQ(watch.moving(), Outputs{1});
   EXPECT_FALSE(watch.gapMeasured(0.0702)) << "nearly the same";

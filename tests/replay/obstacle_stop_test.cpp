@@ -107,6 +107,25 @@ TEST(ObstacleStop, waitsGoesOnWhenTheWayIsFreeAndNotBefore) {
   EXPECT_NEAR(report.waits[0].place.x, 0.4, 0.04);
 }
 
+TEST(ObstacleStop, endsAWaitWhereTheBaseRests) {
+  Standing base;
+  base.discs = {{0.5, 0, 0.1}};
+  EXPECT_EQ(base.judgeFor(1).kind, Kind::Wait);
+  base.stop.rest();
+  ASSERT_EQ(base.stop.report().waits.size(), 1u);
+  base.discs.clear();
+  EXPECT_EQ(base.judgeFor(0.2).kind, Kind::Go) << "it begins anew, and the way is free";
+  base.stop.rest();
+  EXPECT_EQ(base.stop.report().waits.size(), 1u) << "it was not waiting";
+}
+
+TEST(ObstacleStop, beginsAnewWithOdometryWhoseClockWasSetBack) {
+  Standing base;
+  base.stop.move(stampAt(50), {10, 0, 0});
+  base.discs = {{0.5, 0, 0.1}};
+  EXPECT_EQ(base.judgeFor(1).kind, Kind::Wait) << "what it sees is not taken to be 10 m away";
+}
+
 TEST(ObstacleStop, doesNotFlickerWhereSomethingStandsAtTheEdge) {
   Standing base;
   int changes = 0;

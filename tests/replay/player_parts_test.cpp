@@ -93,9 +93,86 @@ TEST(GoalEnd, tellsAbortedRejectedAndLostApartWithCodeAndText) {
   EXPECT_EQ(words(4, 7, "", "stuck"), "was aborted (error 7: stuck)");
   EXPECT_EQ(words(9, 0, "", ""), "was lost");
   EXPECT_EQ(words(3, 0, "", ""), "ended");
+  EXPECT_EQ(words(2, 0, "", ""), "was canceled");
+  EXPECT_EQ(words(8, -6, "", ""), "was canceled (error -6)");
+  EXPECT_EQ(words(4, -5, "stuck", "stuck"), "was aborted (GOAL_TOLERANCE_VIOLATED, -5: stuck)")
+      << "nothing is said twice";
+  EXPECT_THROW(readResult(type, "string data\n", text("x")), MessageError) << "no result";
   const auto [id, other] = readResult("my_msgs/AnyActionResult", kAnyActionResult,
                                       resultMessage("a", 4));
   EXPECT_EQ(other.words(), "was aborted");
+}
+
+TEST(GoalOutcome, isOpenInEveryStateThatIsNotFinal) {
+  for (const std::uint8_t status : {0, 1, 6, 7, 10, 255}) {
+    EXPECT_EQ(outcomeOf(status), GoalOutcome::Open) << int{status};
+  }
+  for (const std::uint8_t status : {4, 5, 9}) EXPECT_EQ(outcomeOf(status), GoalOutcome::Failed);
+  for (const std::uint8_t status : {2, 8}) EXPECT_EQ(outcomeOf(status), GoalOutcome::Canceled);
+  EXPECT_EQ(outcomeOf(3), GoalOutcome::Succeeded);
+}
+
+GoalBook::Entry goalUntil(const std::string& id, std::int64_t end_ms,
+                          GoalOutcome outcome = GoalOutcome::Succeeded) {
+  GoalBook::Entry entry{kArm, {}, recordedAt(0), id};
+  entry.milestone = Milestone{recordedAt(end_ms), outcome};
+  return entry;
+}
+
+TEST(GoalBook, waitsForTheGoalThatEndedFirstAndNoLongerForWhatIsGivenUp) {
+  GoalBook goals;
+  goals.open("/head/goal", "not recorded");
+  goals.add("/arm/goal", {kArm, {}, recordedAt(0), "of unknown end"});
+  EXPECT_FALSE(goals.nextMilestone());
+  goals.add("/arm/goal", goalUntil("late", 3000));
+  goals.add("/arm/goal", goalUntil("soon", 1000));
+  goals.add("/arm/goal", goalUntil("later", 2000));
+  EXPECT_EQ(goals.nextMilestone()->second.at, recordedAt(1000));
+  goals.giveUpWaiting(recordedAt(2000));
+  EXPECT_EQ(goals.nextMilestone()->second.at, recordedAt(3000)) << "the moment itself is over";
+  goals.giveUpWaiting(recordedAt(3000));
+  EXPECT_FALSE(goals.nextMilestone());
+  EXPECT_TRUE(goals.hasOpen()) << "they go on all the same";
+}
+
+TEST(GoalBook, cancelsWhatWasCanceledWhenItWasRecorded) {
+  GoalBook goals;
+  EXPECT_FALSE(goals.nextCanceled());
+  goals.open("/head/goal", "not recorded");
+  goals.add("/arm/goal", goalUntil("succeeded", 500));
+  goals.add("/arm/goal", goalUntil("late", 3000, GoalOutcome::Canceled));
+  goals.add("/arm/goal", goalUntil("soon", 1000, GoalOutcome::Canceled));
+  EXPECT_EQ(goals.nextCanceled(), recordedAt(1000));
+  const auto given_up = goals.giveUpCanceled(recordedAt(1000));
+  ASSERT_EQ(given_up.size(), 1u);
+  EXPECT_EQ(given_up[0].id, "soon");
+  EXPECT_EQ(goals.nextCanceled(), recordedAt(3000));
+  EXPECT_EQ(goals.counts().canceled, 1u);
+  EXPECT_EQ(goals.openOn(kArm.topic).size(), 2u);
+  EXPECT_TRUE(goals.openOn("/head/goal").empty()) << "nobody recorded that one";
+  goals.cancel("/arm/goal", "");
+  EXPECT_FALSE(goals.isOpen("/arm/goal")) << "an empty id cancels all";
+  EXPECT_TRUE(goals.isOpen("/head/goal"));
+  EXPECT_EQ(goals.counts().canceled, 3u);
+}
+
+TEST(GoalBook, countsEachGoalOnceByHowItEnded) {
+  GoalBook goals;
+  for (const char* id : {"a", "b", "c", "d"}) goals.add("/arm/goal", goalUntil(id, 1000));
+  EXPECT_TRUE(goals.finish("a", GoalOutcome::Succeeded, after(1)));
+  EXPECT_FALSE(goals.finish("a", GoalOutcome::Failed, after(2))) << "it has ended";
+  EXPECT_TRUE(goals.finish("b", GoalOutcome::Failed, after(3)));
+  EXPECT_TRUE(goals.finish("c", GoalOutcome::Canceled, after(4)));
+  EXPECT_FALSE(goals.finish("unknown", GoalOutcome::Failed, after(5)));
+  EXPECT_EQ(goals.suspendOpen().size(), 1u);
+  EXPECT_EQ(goals.giveUp().size(), 0u) << "it is set aside, and was canceled then";
+  const auto [sent, succeeded, failed, canceled] = goals.counts();
+  EXPECT_EQ(sent, 4u);
+  EXPECT_EQ(succeeded, 1u);
+  EXPECT_EQ(failed, 1u);
+  EXPECT_EQ(canceled, 2u);
+  EXPECT_EQ(goals.takeEnded().size(), 3u);
+  EXPECT_TRUE(goals.takeEnded().empty()) << "once";
 }
 
 TEST(GoalBook, tellsHowGoalsEndedThatWereNotRecorded) {

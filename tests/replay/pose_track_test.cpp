@@ -213,6 +213,11 @@ class TransformLog {
   std::optional<PoseTrack> read(const TrackFrames& frames = {}) {
     return readPoseTrack(*store_, behavior_, frames, {}, why);
   }
+  /// Of another type, by another publisher.
+  void addOther(const Channel& channel, const Bytes& bytes, double received) {
+    const std::int64_t id = store_->addChannel(behavior_.recording, channel);
+    store_->append({{id, stampAt(received), sequence_++, {}, bytes}});
+  }
   std::string why;
 
  private:
@@ -345,6 +350,52 @@ TEST(TrackReader, leavesOutAndCountsWhatIsNoTransform) {
   ASSERT_TRUE(track) << log.why;
   EXPECT_EQ(track->sampleCount(), 2u);
   EXPECT_EQ(track->remarks.back(), "2 messages or transforms on /tf could not be read");
+}
+
+TEST(TrackReader, leavesOutTurnsThatAreNoneAndMessagesOfOtherTypes) {
+  TransformLog log;
+  log.add({"odom", "base_link", 1, {1, 0, 0}});
+  log.add({"odom", "base_link", 1.1, {1, 0, std::numeric_limits<double>::infinity()}});
+  log.addOther(textChannel("/tf"), text("x"), 1.2);
+  log.addOther(textChannel("/tf"), text("y"), 1.3);
+  std::string single = kTfMessage;
+  for (std::size_t at = 0; (at = single.find("float64", at)) != std::string::npos;) {
+    single.replace(at, 7, "float32");
+  }
+  const Channel singles = channelOf("/tf", "tf2_msgs/TFMessage", single);
+  Value message = blank(singles);
+  Value entry = blank(schemaOf(singles), "geometry_msgs/TransformStamped");
+  for (const char* zero : {"translation.x", "translation.y", "translation.z", "rotation.x",
+                           "rotation.y", "rotation.z", "rotation.w"}) {
+    at(entry, std::string("transform.") + zero) = 0.F;
+  }
+  at(entry, "header.frame_id") = std::string("odom");
+  at(entry, "child_frame_id") = std::string("base_link");
+  at(message, "transforms") = Array{entry};
+  log.addOther(singles, encode(schemaOf(singles), message), 1.4);
+  const auto track = log.read();
+  ASSERT_TRUE(track) << log.why;
+  EXPECT_EQ(track->sampleCount(), 1u);
+  EXPECT_EQ(track->remarks.back(), "4 messages or transforms on /tf could not be read");
+}
+
+TEST(TrackReader, namesTheBasesOfSeveralRobotsAndNotEveryPairOfALargeTree) {
+  TransformLog silent;
+  EXPECT_FALSE(silent.read());
+  EXPECT_EQ(silent.why, "no odom -> base_link was recorded on /tf");
+  TransformLog log;
+  for (int i = 0; i < 30; ++i) {
+    log.add({"a/link" + std::to_string(10 + i), "a/tool", 1 + i * 0.01, {}});
+  }
+  log.add({"a/odom", "a/base_link", 2, {}});
+  log.add({"b/odom_combined", "b/base_footprint", 2.1, {}});
+  EXPECT_FALSE(log.read());
+  EXPECT_NE(log.why.find("a/link21 -> a/tool"), std::string::npos) << log.why;
+  EXPECT_EQ(log.why.find("a/link22 -> a/tool"), std::string::npos) << log.why;
+  EXPECT_NE(log.why.find("; perhaps --base-frame odom=a/odom base=a/base_link or "
+                         "odom=b/odom_combined base=b/base_footprint"),
+            std::string::npos)
+      << log.why;
 }
 
 }  // namespace

@@ -272,6 +272,10 @@ TEST(StartPose, saysWhereTheBaseHasToGo) {
   EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1, 0.5, kPi / 2 - 0.2}}, {}),
             "the base is 0.50 m and 11.5 deg off (then 0.49 m ahead and 0.10 m to the left, turned "
             "left)");
+  EXPECT_EQ(
+      baseDeviation(then, {{}, PlanarPose{0.6, 1.2, kPi / 2 + 0.1}}, {}),
+      "the base is 0.45 m and 5.7 deg off (then 0.24 m behind and 0.38 m to the right, turned "
+      "right)");
   EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf)");
   EXPECT_EQ(baseDeviation({}, {}, {}), "");
 }

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "tests/support/simulated_scan.hpp"
@@ -38,8 +40,41 @@ TEST(Footprint, isReadAsARadiusOrAsCorners) {
   // In any order: the hull counts.
   const Footprint read = parseFootprint("0.5,0.2 -0.5,-0.2 0.5,-0.2 -0.5,0.2 0.1,0.1");
   EXPECT_NEAR(read.distanceTo({1, 0}), 0.5, 1e-9);
-  for (const char* text : {"", "round", "0", "-1", "0.1,0.2", "0,0 1,1 2,2", "0.3 0.3", "9"}) {
+  for (const char* text : {"", "round", "0", "-1", "0.1,0.2", "0,0 1,1 2,2", "0.3 0.3", "9", "nan",
+                           "0;0 0;1 1;0", "0,0 0,1 1,", "0,0 0,1 1,0x", "0,0 0,1 0.3"}) {
     EXPECT_THROW(parseFootprint(text), std::invalid_argument) << text;
+  }
+}
+
+TEST(Footprint, liesWithinFiveMetersAndSpansAnArea) {
+  const auto refusal = [](const std::vector<std::array<double, 2>>& corners) -> std::string {
+    try {
+      Footprint::polygon(corners);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal({{0, 0}, {5, 0}, {0, 5}}), "");
+  const std::string far = "a footprint's corners lie within 5 m";
+  EXPECT_EQ(refusal({{0, 0}, {5.01, 0}, {0, 5}}), far);
+  EXPECT_EQ(refusal({{0, 0}, {std::nan(""), 0}, {0, 5}}), far);
+  const std::string flat = "a footprint's corners have to span an area";
+  EXPECT_EQ(refusal({{0, 0}, {1, 0}}), flat);
+  EXPECT_EQ(refusal({{0, 0}, {1, 0}, {0.5, 1e-5}}), flat);
+  EXPECT_EQ(refusal({{0, 0}, {0, 0}, {0, 0}}), flat);
+  EXPECT_EQ(refusal({}), flat);
+}
+
+TEST(Footprint, hasAnOutlineOfPointsOnItsEdge) {
+  for (const Footprint& footprint : {kRound, kOblong, Footprint::circle(0.05)}) {
+    const std::vector<FloorPoint> outline = footprint.outline();
+    EXPECT_GE(outline.size(), 16u);
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const FloorPoint &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      EXPECT_NEAR(footprint.distanceTo(a), 0, 1e-9);
+      EXPECT_LE(std::hypot(b.x - a.x, b.y - a.y), 0.1 + 1e-9);
+    }
   }
 }
 
@@ -114,6 +149,43 @@ TEST(FloorScan, hasNoPointsWhereNothingWasMeasured) {
   EXPECT_FALSE(scan.isBlind());
   ranges.ranges = {nan, inf, 0.05f, nan, 12};
   EXPECT_TRUE(FloorScan(ranges, {}, nullptr, {}).isBlind());
+}
+
+TEST(FloorScan, isRefusedWhereItsAnglesOrLimitsAreNoNumbers) {
+  RangeScan whole;
+  whole.angle_increment = 0.1;
+  whole.range_max = 10;
+  whole.ranges = {1};
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  EXPECT_NO_THROW(FloorScan(whole, {}, nullptr, {}));
+  whole.range_max = inf;
+  EXPECT_NO_THROW(FloorScan(whole, {}, nullptr, {})) << "as far as it sees";
+  const auto refused = [&](double RangeScan::*member, double number) {
+    RangeScan scan = whole;
+    scan.*member = number;
+    EXPECT_THROW(FloorScan(scan, {}, nullptr, {}), std::invalid_argument) << number;
+  };
+  refused(&RangeScan::angle_min, nan);
+  refused(&RangeScan::angle_min, inf);
+  for (const double increment : {nan, inf, 0.}) refused(&RangeScan::angle_increment, increment);
+  refused(&RangeScan::range_min, nan);
+  refused(&RangeScan::range_max, nan);
+}
+
+/// As of a joint whose link has no length.
+TEST(FloorScan, leavesOutARobotsPartThatIsAPoint) {
+  const RangeScan ranges = rangesOf({{0.6, 0, 0.05}}, {}, 0);
+  const ScanMount mount{{kLaserAhead, 0}, {1, 0}, {0, 1}};
+  const auto pointsThere = [&](const std::vector<OwnPart>& parts) {
+    int count = 0;
+    const FloorScan scan(ranges, mount, nullptr, parts);
+    for (const FloorScan::Point& point : scan.points()) {
+      count += std::hypot(point.at.x - 0.6, point.at.y) < 0.1;
+    }
+    return count;
+  };
+  EXPECT_GT(pointsThere({}), 0);
+  EXPECT_EQ(pointsThere({{{0.6, 0}, {0.6, 0}, 0.1}}), 0);
 }
 
 TEST(FloorScan, seesWhatAFetchSeesAndNothingBehind) {

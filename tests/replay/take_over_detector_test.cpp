@@ -96,6 +96,26 @@ TEST(TakeOverDetector, leavesZerosAloneThatSuppressNothing) {
       << "they come out between what is told: it drives";
 }
 
+TEST(TakeOverDetector, mindsNoZeroThatIsOld) {
+  TakeOverDetector driven = driving();
+  driven.onInput(at(195), "/joy_vel", velocity(0));  // its button is released
+  for (int ms = 200; ms < 3000; ms += 20) {
+    driven.told(at(ms), velocity(0.5));
+    const std::string seen =
+        ms < 900 ? kNobody : driven.onOutput(at(ms), "/base/command", velocity(0));
+    EXPECT_EQ(seen, kNobody) << ms;
+  }
+}
+
+TEST(TakeOverDetector, beginsAnewWithAClockThatWasSetBack) {
+  TakeOverDetector driven = driving();
+  driven.told(at(50), velocity(0.3));
+  EXPECT_EQ(driven.onOutput(at(60), "/base/command", velocity(0.3)), kNobody);
+  EXPECT_EQ(driven.onOutput(at(60), "/base/command", velocity(0.509)),
+            "somebody else drives the base on /base/command")
+      << "that was told after this moment, by the old time";
+}
+
 TEST(TakeOverDetector, letsABaseStandThatIsToldTo) {
   TakeOverDetector driven = driving();
   for (int ms = 200; ms < 3000; ms += 20) {
