@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <iostream>
 #include <memory>
-#include <set>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/filter.hpp"
-#include "replay/query/nearest.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/query/unknown_words.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -51,32 +50,14 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
   std::cout << table.text();
 }
 
-/// Says that no behavior is found; for a name, outcome, topic, robot or tag that none has, with the
-/// nearest that there is.
+/// Says that no behavior is found, and which words of the filter none has.
 std::string noneFound(const replay::Store& store, const std::string& uri,
                       const replay::BehaviorFilter& filter) {
-  std::set<std::string> names, outcomes, topics, robots, tags;
-  for (const replay::Behavior& behavior : store.behaviors({})) {
-    names.insert(behavior.name);
-    outcomes.insert(behavior.outcome);
-    robots.insert(behavior.robot);
-    topics.insert(behavior.topics.begin(), behavior.topics.end());
-    tags.insert(behavior.tags.begin(), behavior.tags.end());
-  }
-  if (names.empty()) return "no behaviors yet in " + uri;
-  std::string text = "no such behaviors in " + uri;
-  const auto tell = [&text](const char* what, const std::optional<std::string>& asked,
-                            const std::set<std::string>& known) {
-    if (!asked || known.count(*asked) > 0) return;
-    text += fmt::format("; none has {} \"{}\"{}", what, *asked,
-                        replay::didYouMean(*asked, {known.begin(), known.end()}));
-  };
-  tell("the name", filter.name, names);
-  tell("the outcome", filter.outcome, outcomes);
-  tell("the topic", filter.topic, topics);
-  tell("the robot", filter.robot, robots);
-  tell("the tag", filter.tag, tags);
-  return text;
+  replay::BehaviorFilter any;
+  any.limit = 1;
+  if (store.behaviors(any).empty()) return "no behaviors yet in " + uri;
+  const std::string unknown = replay::unknownWords(store, filter);
+  return "no such behaviors in " + uri + (unknown.empty() ? "" : "; " + unknown);
 }
 
 /// But for --before, which may name a behavior of the store.

@@ -13,6 +13,7 @@
 #include "replay/messages/text.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/query/unknown_words.hpp"
 #include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/sqlite/store_care.hpp"
@@ -127,6 +128,12 @@ void runPrune(const StoreOptions& options) {
               << "\n";
   };
   const auto store = openExisting(path);
+  for (const std::string& tag : options.keep_tags) {
+    replay::BehaviorFilter tagged;
+    tagged.tag = tag;
+    const std::string unknown = replay::unknownWords(*store, tagged);
+    if (!unknown.empty()) std::cerr << "--keep-tag keeps nothing: " << unknown << "\n";
+  }
   if (options.dry_run) {
     const auto gone = replay::pruneWould(*store, policy);
     for (const replay::Behavior& behavior : gone) print(behavior);
@@ -300,6 +307,10 @@ void runSync(const SyncOptions& options) {
   if (report.damaged > 0) std::cout << "; " << report.damaged << " damaged messages left out";
   std::cout << ": " << replay::storeUri(options.from) << " to " << replay::storeUri(options.to)
             << "\n";
+  if (report.copied + report.completed + report.present + report.open > 0) return;
+  const std::string unknown = replay::unknownWords(*from, filter);
+  if (!unknown.empty())
+    std::cerr << "of " << replay::storeUri(options.from) << ", " << unknown << "\n";
 }
 
 }  // namespace

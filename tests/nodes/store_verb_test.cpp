@@ -134,6 +134,20 @@ TEST_F(StoreVerb, prunesAndSaysWhat) {
   EXPECT_EQ(run("prune --larger-than 10G").output, "0 behaviors removed\n");
 }
 
+TEST_F(StoreVerb, namesWhatIsNearToAWordThatNoBehaviorHas) {
+  const Outcome dry = run("prune --older-than 30d --keep-tag domo --dry-run");
+  EXPECT_EQ(dry.output.rfind(
+                "--keep-tag keeps nothing: none has the tag \"domo\"; did you mean demo?\n", 0),
+            0u)
+      << dry.output;
+  const Outcome none =
+      runVerb("sync --from " + path_ + " --to " + folder_.path("b.db") + " --name pikc");
+  EXPECT_NE(
+      none.output.find("of sqlite:" + path_ + ", none has the name \"pikc\"; did you mean pick?\n"),
+      std::string::npos)
+      << none.output;
+}
+
 TEST_F(StoreVerb, measuresForPeopleAndPrograms) {
   const Outcome table = run("stats");
   EXPECT_NE(table.output.find("1 recording, 3 behaviors, 3 messages, 0 files"), std::string::npos)
