@@ -1,4 +1,4 @@
-"""Records a robot's behaviors, finds them again and replays them: nodes/README.md, "From Python".
+"""Records a robot's behaviors, finds them again and replays them: nodes/README.md, "From C++, Python and behavior trees".
 
     from afterglow import Recording, find
 
