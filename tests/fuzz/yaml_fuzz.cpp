@@ -7,6 +7,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/color/color.hpp"
+#include "calib/color/texture.hpp"
 #include "calib/mount/turret.hpp"
 #include "calib/targets/target_files.hpp"
 #include "nodes/observer/room_view.hpp"
@@ -30,6 +31,7 @@ const std::map<char, std::function<void(const std::string& path)>>& readers() {
       {'m', nodes::loadMountRecords},
       {'p', [](const std::string& path) { nodes::loadProjectorConfig(path, ""); }},
       {'r', nodes::readRobotProfile},
+      {'s', calib::loadTexture},
       {'t', nodes::loadTagLayout},
       {'u', nodes::readRules},
       {'v', nodes::loadRoomView},

@@ -375,6 +375,12 @@ TEST_F(ProjectorConfigTest, readsHowColorsLook) {
   EXPECT_EQ(fault(with("color: color.yaml, gamma: 2")),
             ":2: either 'gamma' or 'color', which measures it, too");
   EXPECT_EQ(fault(with("color: none.yaml")), ":2: " + folder_.path("none.yaml: cannot be read"));
+  EXPECT_EQ(fault("fixed_frame: map\nprojectors:\n"
+                  "  left: {camera_info: l, frame: l, contrast: 500, color: color.yaml}\n"
+                  "  right: {camera_info: l, frame: l, contrast: 500}\n"
+                  "blend: {black: true}\nsurfaces: {floor: {frame: map}}\n" +
+                  layers),
+            ":5: black is evened by 'gamma' or sRGB's curve, and projector 'left' has 'color'");
 }
 
 TEST_F(ProjectorConfigTest, readsTheTexturesOfSurfaces) {
@@ -411,6 +417,12 @@ TEST_F(ProjectorConfigTest, readsTheTexturesOfSurfaces) {
             ":2: 'textures' should be a list of at least one file");
   EXPECT_EQ(fault(with("[none.yaml]", "floor: {frame: map}")),
             ":2: " + folder_.path("none.yaml: cannot be read"));
+  const std::string lens = "camera_info: l, frame: l";
+  EXPECT_EQ(fault("fixed_frame: map\nprojectors:\n  left: {" + lens + "}\n  right: {" + lens +
+                  ", textures: [floor_texture.yaml]}\nblend: true\n"
+                  "surfaces: {floor: {frame: map}}\n"
+                  "layers: [{topic: /c, type: sensor_msgs/PointCloud2}]\n"),
+            ":5: shares of light are not reckoned on 'textures', which projector 'right' has");
 }
 
 TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {

@@ -43,6 +43,14 @@ ProjectorState stateOf(LayerStatus layer, render::LayerCensus census) {
   return state;
 }
 
+/// The first projector's value of this key; empty: it has none.
+std::string valueOf(const ProjectorState& state, const std::string& key) {
+  const auto values = toDiagnostics(state).status.front().values;
+  const auto found = std::find_if(values.begin(), values.end(),
+                                  [&](const auto& value) { return value.key == key; });
+  return found == values.end() ? "" : found->value;
+}
+
 /// The level and the message of the projector, or of the layer.
 std::string saidOf(const ProjectorState& state, const std::string& name) {
   for (const DiagnosticStatus& status : toDiagnostics(state).status) {
@@ -55,10 +63,7 @@ TEST(ProjectorDiagnostics, sayHowFarLightMayBeOffWhileTheProjectorMoves) {
   ProjectorState state = stateOf(layerOf(4), censusOf(4));
   state.outputs[0].light_off_mm = 4;
   EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
-  const auto values = toDiagnostics(state).status.front().values;
-  EXPECT_TRUE(std::any_of(values.begin(), values.end(), [](const auto& value) {
-    return value.key == "light may be off" && value.value == "4.0 mm at 2 m";
-  }));
+  EXPECT_EQ(valueOf(state, "light may be off"), "4.0 mm at 2 m");
   state.outputs[0].light_off_mm = 33;
   EXPECT_EQ(saidOf(state, "projector"), "1 projecting; it moves: light may be off by 33 mm");
 }
@@ -125,12 +130,35 @@ TEST(ProjectorDiagnostics, warnWhileDrawingTakesLongerThanItHas) {
 TEST(ProjectorDiagnostics, tellTheTimesOfTheStages) {
   ProjectorState state = stateOf(layerOf(2), censusOf(2));
   state.stages = {{"drawn", "p50 8.0, p99 9.0 ms"}};
-  const auto values = toDiagnostics(state).status.front().values;
-  const auto found = std::find_if(values.begin(), values.end(), [](const auto& value) {
-    return value.key == "time: drawn";
-  });
-  ASSERT_NE(found, values.end());
-  EXPECT_EQ(found->value, "p50 8.0, p99 9.0 ms");
+  EXPECT_EQ(valueOf(state, "time: drawn"), "p50 8.0, p99 9.0 ms");
+}
+
+TEST(ProjectorDiagnostics, tellWhatBecomesOfLightOnTexturedSurfaces) {
+  ProjectorState state = stateOf(layerOf(2), censusOf(2));
+  state.outputs[0].textures = {{"floor", 0.3, 0.75, 2000, 30, 50}, {"table", 0.2, 0.5, 0, 0, 0}};
+  EXPECT_EQ(valueOf(state, "texture: floor"),
+            "white is dimmed to 75 % of what half of the surface could show, to be even; 1.5 % of "
+            "its light is out of reach; 2.5 % falls where it was not photographed");
+  EXPECT_EQ(valueOf(state, "texture: table"), "") << "nothing is lit there";
+  state.outputs[0].textures = {{"floor", 0, 0, 10, 0, 10}};
+  EXPECT_EQ(valueOf(state, "texture: floor"),
+            "nothing of what is lit was photographed: sent as drawn");
+  EXPECT_EQ(valueOf(state, "blending"), "");
+  state.outputs[0].blending = "40 % of its picture is shared";
+  EXPECT_EQ(valueOf(state, "blending"), "40 % of its picture is shared");
+}
+
+TEST(ProjectorDiagnostics, sayHowMuchIsKeptDarkAndWarnOfAll) {
+  ProjectorState state = stateOf(layerOf(2), censusOf(2));
+  EXPECT_EQ(valueOf(state, "kept dark"), "");
+  state.outputs[0].avoided_share = 0.001;
+  EXPECT_EQ(valueOf(state, "kept dark"), "0.1 %");
+  EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
+  state.outputs[0].avoided_share = 0.3;
+  EXPECT_EQ(saidOf(state, "projector"), "0 projecting; 30 % of the picture is kept dark ('avoid')");
+  state.outputs[0].avoided_share = 1;
+  EXPECT_EQ(saidOf(state, "projector"),
+            "1 projecting; 100 % of the picture is kept dark ('avoid')");
 }
 
 TEST(ProjectorDiagnostics, takeTheProjectorThatShowsMostOfALayer) {
