@@ -3,9 +3,10 @@
 
   tests/bench/run ros2_soak.py [MINUTES] [HZ]    60, 1000; needs root, for a network that has loopback alone
 
-A line a minute with the bridge's own counts, the CPU of each program, and how busy the machine was; status 1 if a message
-was left out, came twice or out of order. Queues of both Pythons are deep, as these fall back by seconds on a busy
-machine; rospy's has no limit, as it says nothing of what it drops."""
+A line a minute with the bridge's own counts, CPU and memory of each program, and how busy the machine was; at last a
+verdict, with the bridge's memory after a second and at the end: status 1 if a message was left out, came twice or out of
+order. Queues of both Pythons are deep, as these fall back by seconds on a busy machine; rospy's has no limit, as it says
+nothing of what it drops."""
 import os
 import sys
 import time
@@ -83,8 +84,18 @@ def line(begin):
     return sum(there[1:] + heard.told()[1:]) + own.count - there[0] + sent - heard.count
 
 
+def hear_the_rest(sent):
+    """What waits in both Pythons' queues, as long as anything comes."""
+    told, since = None, time.monotonic()
+    while told != sent and time.monotonic() < since + 10:
+        now = [robot.run("answer = heard.count"), heard.count]
+        if now != told:
+            told, since = now, time.monotonic()
+        time.sleep(0.2)
+
+
 world = World("ros2_soak")
-robot = Ros2Node("robot", "one-thread")
+robot = Ros2Node("robot", "one-thread", "first")
 try:
     robot.run(ROBOT)
     heard, counts, publisher = Heard(), {}, rospy.Publisher("/there", Int32, queue_size=0)
@@ -97,13 +108,20 @@ try:
     begin = time.monotonic()
     own = Talker(lambda count: publisher.publish(count), HZ)
     robot.run("talker = Talker(lambda count: numbers.publish(message('std_msgs/Int32', data=count)), {})".format(HZ))
+    time.sleep(1)
+    memory = cost_of(world.bridge.pid)[1]
     while time.monotonic() < begin + 60 * MINUTES:
         time.sleep(min(60, max(0, begin + 60 * MINUTES - time.monotonic())))
         line(begin)
+    seconds = time.monotonic() - begin
     own.end()
-    robot.run("talker.end()")
-    time.sleep(2)
+    sent = robot.run("talker.end(); answer = talker.count")
+    hear_the_rest([own.count, sent])
     lost = line(begin)
+    print("{}: {} of {} + {} messages left out or out of order, {:.0f} + {:.0f} a second; the bridge's memory: {:.1f} MB "
+          "after a second, {:.1f} MB at the end".format("FAILED" if lost else "passed", lost, own.count, sent,
+                                                        own.count / seconds, sent / seconds, memory,
+                                                        cost_of(world.bridge.pid)[1]), flush=True)
 finally:
     robot.end()
     world.end()
