@@ -265,6 +265,8 @@ TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
   EXPECT_TRUE(goes_round) << "the elbow first";
   expectNear(numbersAt(rest.back(), "positions"), {1.2, 1.2}, 1e-9);
 
+  live = {1.03, 0.98};
+  EXPECT_EQ(start.leadOf(arm, bytes, {0}), 0.0) << "near enough: that is made good on the way";
   live = {0.5, 0.1};
   EXPECT_THROW(start.leadOf(arm, bytes, {0}), ArmElsewhere) << "from there none was recorded";
 }

@@ -181,6 +181,17 @@ TEST_P(Trajectories, arePassedAtTheSameTimesOnceTheArmIsAsFastAsThey) {
   }
 }
 
+TEST_P(Trajectories, areFollowedAtOnceByAnArmThatIsAsFastAsThey) {
+  const ArmPath path(knots(), std::vector<bool>(kFrom.size()));
+  for (const ArmKnot& knot : depart(path, {2, {}, 0, 1, 0})) {
+    const ArmKnot there = path.at(2 + knot.at_s);
+    for (std::size_t i = 0; i < kFrom.size(); ++i) {
+      EXPECT_NEAR(knot.positions[i], there.positions[i], 1e-9);
+      EXPECT_TRUE(std::isfinite(knot.velocities[i]) && std::isfinite(knot.accelerations[i]));
+    }
+  }
+}
+
 TEST_P(Trajectories, areGotOntoGentlyByAnArmThatIsALittleOff) {
   const ArmPath path(knots(), std::vector<bool>(kFrom.size()));
   const Numbers offsets = {0.01, 0.04, -0.04};
