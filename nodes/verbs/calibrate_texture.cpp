@@ -102,16 +102,20 @@ nlohmann::ordered_json textureJson(const calib::TextureFit& fit, const std::stri
 }
 
 void printTexture(const calib::TextureFit& fit, const std::string& path) {
+  const std::string checked =
+      fit.checks == 0 ? "No mixed color was photographed: nothing says how right this is."
+                      : fmt::format(
+                            "{} mixed colors that were not fitted to\nare seen {:.1f} from where "
+                            "they are expected (95 %: {:.1f}).",
+                            fit.checks, fit.check_median, fit.check_p95);
   std::cout << fmt::format(
-      "{}: cells of {:.1f} mm, {:.0f} % of the light's known. From here white is dimmed to {:.0f} "
-      "% "
-      "of what\nhalf of the surface could show, to be even; {:.0f} % of sRGB's colors are then "
-      "within reach all over it. {} mixed\ncolors that were not fitted to are seen {:.1f} from "
-      "where they are expected (95 %: {:.1f}). Differences are\nCIEDE2000; the camera's RGB is "
-      "taken for sRGB.\nAdd to the projector's configuration: textures: [{}]\n",
+      "{}: cells of {:.1f} mm, {:.0f} % of those in the light are known.\nFrom here white is "
+      "dimmed "
+      "to {:.0f} % of what half of the surface could show, to be even; {:.0f} % of sRGB's colors\n"
+      "are then within reach all over it. {} Differences are CIEDE2000;\nthe camera's RGB is taken "
+      "for sRGB.\nAdd to the projector's configuration: textures: [{}]\n",
       path, 1000 * fit.texture.cell, 100 * fit.known_share, 100 * fit.white / fit.median_gray,
-      100 * fit.share_reached, fit.checks, fit.check_median, fit.check_p95,
-      std::filesystem::path(path).filename().string());
+      100 * fit.share_reached, checked, std::filesystem::path(path).filename().string());
 }
 
 void runTexture(const CalibrateTextureOptions& options) {
@@ -145,19 +149,22 @@ void addPlaces(CLI::App& verb, CalibrateTextureOptions& options) {
   CLI::Option* const photograph =
       verb.add_option("--photograph", options.photograph,
                       "With --tags: the surface with the tags, from the same place");
-  verb.add_option("--tags", options.tags,
-                  "Where the camera was: YAML of printed tags with known places on the surface, as "
-                  "calibrate verify takes them; put them away before the colors are photographed")
-      ->needs(photograph);
+  CLI::Option* const tags = verb.add_option(
+      "--tags", options.tags,
+      "Where the camera was: YAML of printed tags with known places on the surface, as "
+      "calibrate verify takes them; put them away before the colors are photographed");
+  tags->needs(photograph);
+  photograph->needs(tags);
   verb.add_option("--camera-tf", options.camera_tf,
                   "The same, the camera's optical frame in the surface's: x,y,z,qx,qy,qz,qw")
       ->delimiter(',')
       ->expected(7);
-  verb.add_flag(
+  CLI::Option* const from_tf = verb.add_flag(
       "--from-tf", options.from_tf,
       "The same, of camera and projector: ask the running robot, which still stands there");
   verb.add_option("--camera-frame", options.camera_frame,
-                  "With --from-tf: the camera's optical frame; default: what the calibration says");
+                  "With --from-tf: the camera's optical frame; default: what the calibration says")
+      ->needs(from_tf);
 }
 
 }  // namespace

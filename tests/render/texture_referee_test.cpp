@@ -7,51 +7,22 @@
 
 #include "calib/color/texture_photographs.hpp"
 #include "render/light_output.hpp"
-#include "tests/support/optics.hpp"
 #include "tests/support/temp_folder.hpp"
-#include "tests/support/textured_room.hpp"
+#include "tests/support/texture_trial.hpp"
 
 namespace afterglow::render::texture_referee_test {
 namespace {
 
+using test::judge;
+using test::lensOf;
 using test::RoomOptics;
 using test::RoomSurface;
 using test::TexturedRoom;
-
-constexpr double kEye = 0.002;  // m: as fine as somebody who stands there sees
-
-calib::Lens lensOf(const RoomOptics& optics) {
-  return test::lens(optics.width, optics.height, optics.f, optics.cx, optics.cy,
-                    {optics.k1, optics.k2, 0, 0, 0});
-}
+using test::Verdict;
 
 /// Of World, which is the surface's frame here.
 Rigid<Projector, World> poseOf(const RoomOptics& optics) {
   return Rigid<Projector, World>(optics.T_optical_surface);
-}
-
-/// A projector 1.5 m over the floor that looks ahead, as a robot carries it, and a camera beside.
-TexturedRoom roomWith(RoomSurface surface) {
-  TexturedRoom room(surface);
-  room.projector = {
-      1280, 800,   1700, 640,
-      420,  -0.05, 0.01, test::lookAt<World>({0, 0, 1.5}, {0.55, 0.05, 0}).matrix().inverse()};
-  room.camera = {
-      960, 720,   860,  484,
-      356, -0.12, 0.03, test::lookAt<World>({-0.05, 0.25, 1.45}, {0.55, 0, 0}).matrix().inverse()};
-  const auto middle = room.projector.placeOf(640, 400);
-  room.unit = room.projector.irradiance({middle->x(), middle->y(), 0});
-  return room;
-}
-
-/// 0.3 m and 20 degrees, round an axis that turns and tilts it.
-void moveProjector(TexturedRoom& room) {
-  Eigen::Isometry3d T = room.projector.T_optical_surface.inverse();
-  const Eigen::Vector3d way = Eigen::Vector3d(-0.12, 0.24, 0.134).normalized();
-  T.pretranslate(0.3 * way);
-  const Eigen::AngleAxisd turn(20 * M_PI / 180, Eigen::Vector3d(0.35, 0.15, 0.9).normalized());
-  T.linear() = T.linear() * turn.toRotationMatrix();
-  room.projector.T_optical_surface = T.inverse();
 }
 
 calib::TextureFit calibrated(TexturedRoom& room, const std::string& folder, bool has_flat = true) {
@@ -82,60 +53,12 @@ const std::vector<calib::Rgb> kAsked = {{255, 255, 255}, {188, 188, 188}, {128, 
                                         {230, 220, 150}, {240, 190, 230}, {255, 140, 100},
                                         {120, 220, 220}, {110, 90, 160},  {90, 140, 90}};
 
-struct Verdict {
-  std::vector<double> off;
-  double reachable = 0;
-  double median() { return at(0.5); }
-  double p95() { return at(0.95); }
-
- private:
-  double at(double share) {
-    std::sort(off.begin(), off.end());
-    return off.empty() ? 1e9
-                       : off[static_cast<std::size_t>(share * static_cast<double>(off.size() - 1))];
-  }
-};
-
 Image evenImage(const RoomOptics& optics, const calib::Rgb& color) {
   Image image{optics.width, optics.height, {}};
   for (int i = 0; i < optics.width * optics.height; ++i) {
     image.rgb.insert(image.rgb.end(), color.begin(), color.end());
   }
   return image;
-}
-
-Eigen::Vector3d lightAsked(const calib::Rgb& color) {
-  return {test::refereeDecode(color[0] / 255.0), test::refereeDecode(color[1] / 255.0),
-          test::refereeDecode(color[2] / 255.0)};
-}
-
-/// By places all over the light where `texture` is known and the color asked for can be reached,
-/// white being `white`.
-Verdict judge(const TexturedRoom& room, const calib::SurfaceTexture& texture, double white,
-              const calib::Rgb& color, const Image& sent, double reach_white) {
-  Verdict verdict;
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> along(0, 1);
-  int looked = 0;
-  for (int i = 0; i < 600; ++i) {
-    const auto place = room.projector.placeOf(3 + along(random) * (room.projector.width - 7),
-                                              3 + along(random) * (room.projector.height - 7));
-    if (!place) continue;
-    const Eigen::Vector2d cell = (*place - texture.origin) / texture.cell;
-    const bool is_within =
-        cell.minCoeff() >= 0 && cell.x() < texture.columns && cell.y() < texture.rows;
-    if (!is_within || !texture.at(int(cell.x()), int(cell.y())).isKnown()) continue;
-    ++looked;
-    const TexturedRoom::Look look = room.lookAround(*place, kEye);
-    const Eigen::Vector3d asked = lightAsked(color);
-    const Eigen::Vector3d needed = look.M_seen_light.inverse() * (reach_white * asked - look.dark);
-    if (needed.minCoeff() < TexturedRoom::lightOfValue(0) || needed.maxCoeff() > 1) continue;
-    verdict.off.push_back(
-        test::refereeDifference(test::refereeLab(asked),
-                                test::refereeLab(room.seenAround(*place, kEye, sent.rgb) / white)));
-  }
-  verdict.reachable = looked == 0 ? 0 : static_cast<double>(verdict.off.size()) / looked;
-  return verdict;
 }
 
 struct Judged {
@@ -150,15 +73,8 @@ Judged judgeAll(const TexturedRoom& room, const calib::SurfaceTexture& texture) 
   const std::vector<SurfacePatch> surfaces = {{"floor", {}, {}}};
   // Uncompensated, white is what it is in the middle of all places: only evenness and tint are
   // judged.
-  std::vector<double> grays;
-  const Image full = evenImage(room.projector, {255, 255, 255});
-  for (int i = 0; i < 400; ++i) {
-    const auto place = room.projector.placeOf(32.0 + 64 * (i % 20), 20.0 + 40 * (i / 20));
-    const Eigen::Vector3d seen = room.seenAround(*place, kEye, full.rgb);
-    grays.push_back(0.2126 * seen.x() + 0.7152 * seen.y() + 0.0722 * seen.z());
-  }
-  std::sort(grays.begin(), grays.end());
-  const double plain_white = grays[grays.size() / 2];
+  const calib::Rgb full = {255, 255, 255};
+  const double plain_white = test::medianWhite(room, full, evenImage(room.projector, full));
   Judged judged;
   for (const calib::Rgb& color : kAsked) {
     const Image drawn = evenImage(room.projector, color);
@@ -205,7 +121,7 @@ TEST_P(Textures, lookAsAskedForAlsoAfterTheProjectorHasMoved) {
   const std::string name = GetParam() == RoomSurface::Wood    ? "wood"
                            : GetParam() == RoomSurface::Tiles ? "tiles"
                                                               : "carpet";
-  TexturedRoom room = roomWith(GetParam());
+  TexturedRoom room = test::roomWith(GetParam());
   const test::TempFolder folder;
   const calib::TextureFit fit = calibrated(room, folder.path("."));
   std::printf(
@@ -224,7 +140,7 @@ TEST_P(Textures, lookAsAskedForAlsoAfterTheProjectorHasMoved) {
     EXPECT_LE(judged.after.p95(), 6);
     EXPECT_GT(judged.before.median(), 3 * judged.after.median());
     savePictures(room, fit.texture, name + "_" + moment);
-    moveProjector(room);
+    test::moveProjector(room);
   }
 }
 
