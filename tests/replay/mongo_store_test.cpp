@@ -212,6 +212,15 @@ TEST(MongoQuery, onlyWhatTheServerComparesAlikeIsAskedOfIt) {
   EXPECT_NE(asked(R"({"things.weight": 1, "done": true})"), "") << "half of it helps";
 }
 
+TEST(MongoQuery, asksTheServerForBytesButNotForTheirArrays) {
+  const Schema schema = Schema::parse("t/T", "uint8 level\nuint8[] data\n");
+  const auto isAsked = [&](const char* filter) {
+    return narrowing(Filter::parse(filter, Filter::Over::Messages).root(), schema).has_value();
+  };
+  EXPECT_TRUE(isAsked(R"({"level": 5})"));
+  EXPECT_FALSE(isAsked(R"({"data": 5})"));
+}
+
 TEST(MongoErrors, sayOnWhichServerWhatFailed) {
   const std::string uri = "mongodb://user:secret@127.0.0.1:1/d?serverSelectionTimeoutMS=50";
   try {
@@ -226,6 +235,15 @@ TEST(MongoErrors, sayOnWhichServerWhatFailed) {
   }
   EXPECT_EQ(storeUri(uri), "mongodb://127.0.0.1:1/d");
   EXPECT_EQ(storeUri("mongodb://h,i/d@x"), "mongodb://h,i/d@x");
+  const test::TempFolder folder;
+  test::writeFile(folder.path("uri"), uri);
+  try {
+    openStore("@" + folder.path("uri"), OpenMode::ReadWrite);
+    FAIL() << "no error";
+  } catch (const StoreAway& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(text.rfind("@" + folder.path("uri") + ": cannot reach the server: ", 0), 0u) << text;
+  }
   EXPECT_THROW(openStore("mongodb://", OpenMode::ReadWrite), StoreError);
   EXPECT_THROW(openStore("mongodb://h/d?nonsense=%", OpenMode::ReadWrite), StoreError);
 }

@@ -279,6 +279,22 @@ TEST_F(RecorderStoreTest, aMessageThatWasDamagedHereIsLeftOutAndThatIsSaid) {
             "behavior " + std::to_string(id) + ": damaged messages were left out");
 }
 
+TEST_F(RecorderStoreTest, aBehaviorThatTheServerCannotTakeHoldsUpNothing) {
+  const std::int64_t id = begin();
+  const auto there = openStore(uri, OpenMode::ReadWrite);
+  Behavior other = sampleBehavior(there->addRecording({0, "", "other", ""}), {}, 0, 1);
+  other.id = id;
+  there->addBehavior(other);
+  end(id, 1);
+  const std::int64_t next = begin("place");
+  end(next, 1);
+  ASSERT_TRUE(eventually([&] { return store->status()->refused == 1; }));
+  EXPECT_NE(store->status()->last_refusal.find(" is there already"), std::string::npos)
+      << store->status()->last_refusal;
+  ASSERT_TRUE(hasArrived(2));
+  EXPECT_TRUE(there->behavior(next));
+}
+
 TEST_F(RecorderStoreTest, theServerIsTendedOnceBehindWhatWasSent) {
   std::atomic<int> tended{0};
   std::atomic<std::size_t> had{0};
@@ -323,6 +339,16 @@ TEST(RecorderFile, isNamedByTheServerWithoutWhatMayChangeOfItsUri) {
   setenv("HOME", "/home/somebody", 1);
   EXPECT_EQ(recorderFile("mongodb://host/fleet"),
             "/home/somebody/.local/share/afterglow" + file.substr(6));
+  unsetenv("AFTERGLOW_SPOOL");
+}
+
+TEST(RecorderFile, liesWhereTheEnvironmentSaysThoughItsServerIsAway) {
+  const test::TempFolder folder;
+  setenv("AFTERGLOW_SPOOL", folder.path("spool").c_str(), 1);
+  const std::string uri = "mongodb://127.0.0.1:1/d?serverSelectionTimeoutMS=50";
+  RecorderStore store(uri);
+  EXPECT_EQ(store.status()->path, recorderFile(uri));
+  EXPECT_TRUE(std::filesystem::exists(recorderFile(uri)));
   unsetenv("AFTERGLOW_SPOOL");
 }
 
@@ -438,6 +464,13 @@ TEST_F(OldSpool, becomesAStoreWithAllThatItHeld) {
     EXPECT_TRUE(store->channel(messages.at(0).channel).latching);
     EXPECT_EQ(store->file(std::string(64, 'c')), (Bytes{'c', 'o', 'n', 't', 'e', 'n', 't', 's'}));
   }
+}
+
+TEST_F(OldSpool, endsWhatRanAtItsBeginWhereNothingWasHeard) {
+  SqliteConnection(path_, SqliteAccess::ReadWriteCreate)
+      .execute("UPDATE recordings SET last_ns = NULL");
+  EXPECT_EQ(errorOfConversion(), "");
+  EXPECT_EQ(openStore(path_, OpenMode::ReadOnly)->behavior(6)->end, Stamp{10});
 }
 
 TEST_F(OldSpool, isGoneOnWithWhereItsConversionBrokeOff) {

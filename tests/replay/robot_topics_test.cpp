@@ -41,6 +41,12 @@ TEST(RobotTopics, ofAProfileAreStricterAtOnce) {
       << "not weaker";
 }
 
+TEST(RobotTopics, ofAProfileThatAsksForNothingAreNotRefused) {
+  EXPECT_EQ(RobotTopics(calling("other", {"joy"})).refusal("/joy", "sensor_msgs/Joy"), "");
+  EXPECT_EQ(RobotTopics(calling("control", {"joy"})).refusal("/joy", "sensor_msgs/Joy"), "");
+  EXPECT_NE(RobotTopics(calling("shown", {"joy"})).refusal("/joy", "sensor_msgs/Joy"), "");
+}
+
 TEST(RobotTopics, ofAProfileMoveTheBodyOnlyIfTheirStopIsKnown) {
   EXPECT_EQ(classOf(calling("body", {"base_controller/command"}), "/base_controller/command",
                     kTwist),

@@ -241,6 +241,14 @@ TEST_F(RoslogImportTest, namesWhatItLeavesOutAndFillsIn) {
   EXPECT_EQ(test::readTexts(*store_, result.behaviors.at(0)), (Texts{"good", ""}));
 }
 
+TEST_F(RoslogImportTest, namesTheTopicWhoseDefinitionCannotBeUnderstood) {
+  import_.definition = [](const std::string&) {
+    return Definition{"this is no definition !\n", std::string(32, '0')};
+  };
+  insert("a", {loggedString("01", "1", "/a", 1000)});
+  EXPECT_EQ(error().rfind(client_->name() + ": /a: ", 0), 0u) << error();
+}
+
 TEST_F(RoslogImportTest, takesDefinitionsFromTheStoreToo) {
   Channel channel = test::stringChannel("/elsewhere", "/talker");
   channel.type = "lost_msgs/Type";
@@ -276,6 +284,10 @@ TEST_F(RoslogImportTest, selectsTopicsAndTimesAndSplitsAtGaps) {
 
 TEST_F(RoslogImportTest, keepsNothingWhenItFails) {
   EXPECT_EQ(error(), client_->name() + ": there is nothing to import");
+  insert("noise", {"{" + id("01") + R"(, "data": "no meta"})"});
+  EXPECT_EQ(error(), client_->name() +
+                         ": there is nothing to import; collection noise: 1 message "
+                         "left out: without a type or a time");
   insert("a", {loggedString("01", "1", "/a", 1000)});
   import_.progress = [](auto, auto) { throw StoreError("as a full disk would"); };
   EXPECT_EQ(error(), "as a full disk would");

@@ -3,6 +3,7 @@
 #include <sys/inotify.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <set>
@@ -106,6 +107,16 @@ TEST_F(StoreCare, namesDamageByTopicAndTime) {
              "behavior 2 (pick): its parent is not there", "behavior 2 (pick): tags is not JSON",
              "behavior 4 (pick): its messages are not as many as were counted",
              "the file of SHA-256 " + std::string(64, '0') + " has another"}));
+}
+
+TEST_F(StoreCare, namesAChannelByItsNumberWhereItsRowIsLost) {
+  sql("UPDATE messages SET bytes = zeroblob(size) WHERE sequence = 3");
+  sql("DELETE FROM channels WHERE topic = '/b'");
+  const Texts problems = checkStore(path_).problems;
+  EXPECT_NE(std::find(problems.begin(), problems.end(),
+                      "channel 2: a message is damaged, of 1970-01-01T00:00:00.300Z: the checksum "
+                      "is another"),
+            problems.end());
 }
 
 /// What is taken away from a folder, or out of it.

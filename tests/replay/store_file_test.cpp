@@ -212,6 +212,15 @@ TEST(StoreFile, saysWhyItCannotBeLocked) {
   EXPECT_THROW(openStore(path, OpenMode::ReadWrite)->beginImport({0, "", "a.bag", ""}), StoreError);
 }
 
+TEST(StoreFile, isRecordedIntoByAnotherAlsoWhereNobodySaysByWhom) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  const auto recorder = openStore(path, OpenMode::Record);
+  fs::resize_file(path + ".lock", 0);
+  EXPECT_EQ(openError(path, OpenMode::Record),
+            "sqlite:" + path + ": cannot record: another process records into it");
+}
+
 TEST(StoreFile, growsInItsFolder) {
   const TempFolder folder;
   EXPECT_EQ(openStore(folder.path("store.db"), OpenMode::ReadWrite)->folder() + "/",

@@ -284,6 +284,8 @@ TEST_P(StoreSuite, behaviorsAreFoundByWhatTheyAre) {
   filter = {};
   filter.limit = 2;
   EXPECT_EQ(names(filter), (Texts{"place", "watch"}));
+  filter.limit = 0;
+  EXPECT_EQ(names(filter), Texts{});
   EXPECT_FALSE(store->explain(filter).empty());
 }
 
@@ -465,6 +467,18 @@ TEST_P(StoreSuite, aTrimKeepsTheLastMessageOfEachLatchedPublisher) {
   MessageRange all;
   all.with_all_topics = true;
   EXPECT_EQ(texts(all), (Texts{"of one", "of other", "later"}));
+}
+
+TEST_P(StoreSuite, aTrimMakesNoCopyOfWhatIsSaidAtItsBegin) {
+  const auto latched = store->addChannel(recording, stringChannel("/map", "/one", true));
+  Behavior behavior = sampleBehavior(recording, {"/map"}, 10, 20);
+  behavior.snapshot = R"({"frames": 5})";
+  const auto id = store->addBehavior(behavior);
+  store->append({stringMessage(latched, 11, 1, "old"), stringMessage(latched, 14, 2, "new")});
+  BehaviorEdit edit;
+  edit.from_ns = 4;
+  EXPECT_EQ(editBehavior(*store, id, edit).snapshot, R"({"frames": 5})");
+  EXPECT_EQ(texts(MessageRange{{"/map"}}), Texts{"new"});
 }
 
 TEST_P(StoreSuite, topicsAreSummedUpByTypeAndOwnership) {

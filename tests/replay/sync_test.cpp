@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "replay/store/open/open_store.hpp"
+#include "replay/store/store_import.hpp"
 #include "tests/support/faulty_store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
@@ -206,6 +207,33 @@ TEST(Sync, leavesOutNothingForAStoreThatIsBusyOrAway) {
   EXPECT_EQ(report.refused, 2u);
   EXPECT_EQ(report.last_refusal, "a message on /a: too large");
   EXPECT_EQ(test::readTexts(fleet, fleet.behaviors(picks).at(0)), (Texts{"a", "b"}));
+}
+
+TEST(Sync, tellsHowManyMessagesAreThereBatchByBatch) {
+  const auto robot = openMemoryStore(), fleet = openMemoryStore();
+  const std::int64_t recording = robot->addRecording({0, "", "recorder", "fetch7"});
+  const std::int64_t a = robot->addChannel(recording, stringChannel("/a"));
+  std::vector<Message> many;
+  for (std::uint64_t i = 0; i < 5001; ++i) many.push_back(stringMessage(a, 10, i, "x"));
+  robot->append(many);
+  robot->addBehavior(sampleBehavior(recording, {"/a"}, 10, 20));
+  std::vector<std::uint64_t> told;
+  syncBehaviors(*robot, *fleet, {}, [&](std::size_t, std::size_t, const SyncReport& report) {
+    if (told.empty() || told.back() != report.messages) told.push_back(report.messages);
+  });
+  EXPECT_EQ(told, (std::vector<std::uint64_t>{0, 5000, 5001}));
+}
+
+TEST(StoreImport, leavesToOthersWhatItCannotDrop) {
+  test::FaultyStore store;
+  {
+    StoreImport import(store, "a.bag");
+    store.failWith("the disk is gone");
+  }
+  store.failWith("");
+  EXPECT_EQ(store.recordings().size(), 1u);
+  { const StoreImport import(store, "b.bag"); }
+  EXPECT_EQ(store.recordings().size(), 1u) << "one that can be dropped is";
 }
 
 TEST(Sync, saysWhichRecordingIsMissing) {
