@@ -224,6 +224,10 @@ TEST(FloorScan, isTurnedAsTheRangeFinderIsMounted) {
   EXPECT_NEAR(scan.points()[0].at.y, -2 * std::sin(0.5), 1e-6);
   EXPECT_TRUE(scan.sees(scan.points()[0].at));
   EXPECT_FALSE(scan.sees({2, 1}));
+  const FloorScan aside(ranges, {{0.2, 0}, {0, 1}, {-1, 0}}, nullptr, {});  // a quarter turn
+  EXPECT_NEAR(aside.points()[0].at.x, 0.2 - 2 * std::sin(0.5), 1e-6);
+  EXPECT_NEAR(aside.points()[0].at.y, 2 * std::cos(0.5), 1e-6);
+  EXPECT_TRUE(aside.sees(aside.points()[0].at));
 }
 
 }  // namespace
