@@ -8,7 +8,7 @@ import {Moment} from './moment.js';
 import {KeyMoments, noPictures, Pictures} from './pictures.js';
 import {Sound} from './sound.js';
 import {Story} from './story.js';
-import {firstLight} from './thumbnails.js';
+import {goToLight} from './thumbnails.js';
 import {Transport} from './transport.js';
 import {Values} from './values.js';
 
@@ -57,13 +57,14 @@ export class BehaviorView {
     this.look(params);
     const story = this.story = new Story(one.story || [], moment);
     const why = this.shell.whyNoPictures;
-    const lit = why || params.t !== undefined ? null : this.findLight(one.id, moment);
+    const lit =
+        why || params.t !== undefined ? null : goToLight([one.id], moment, this.abort.signal);
     const pictures = why ? null : new Pictures(one.id, moment, lit);
     const sound = new Sound(one.id, one.said || [], moment);
     const lanes = new Lanes(one.lanes || [], one.said, moment, {label: `Moment of ${one.name}`,
       onTopic: (topic) => this.choose(topic)});
     const values = new Values(one.id, one.lanes || [], moment, (topic) => this.choose(topic));
-    const keys = why ? null : new KeyMoments(one.id, one.key_moments || [], moment);
+    const keys = why ? null : new KeyMoments(one.id, one.key_moments || [], moment, lit);
     this.lanes = lanes;
     this.values = values;
     this.transport = new Transport(moment, story, sound);
@@ -77,14 +78,6 @@ export class BehaviorView {
     moment.follow((seconds) => this.keep(seconds));
     moment.followRange(({from, to}) => this.route.keep(moment.isWhole ? {from: undefined, to: undefined} :
       {from: from.toFixed(2), to: to.toFixed(2)}));
-  }
-
-  /** Whoever came without a moment sees the first that is lit, unless they have moved meanwhile. */
-  async findLight(id, moment) {
-    try {
-      const {moment: lit} = await firstLight(id, this.abort.signal);
-      if (lit && moment.seconds === 0 && !moment.isPlaying) moment.set(lit);
-    } catch { /* the pictures say why there are none */ }
   }
 
   /** The part of the time that the address names. */

@@ -6,7 +6,8 @@ import {button, element, put, refill, table} from './dom.js';
 import {andMore, duration, folded, offset, plain, sameInStory} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
-import {noPictures, Picture} from './pictures.js';
+import {follow, noPictures, Picture} from './pictures.js';
+import {goToLight} from './thumbnails.js';
 import {Transport} from './transport.js';
 
 export class CompareView {
@@ -24,9 +25,10 @@ export class CompareView {
     const [a, b] = this.route.now.ids;
     const {signal} = this.abort;
     try {
-      const [one, other, differences] = await Promise.all([get(`/api/behaviors/${a}`, {}, signal),
-        get(`/api/behaviors/${b}`, {}, signal), get('/api/compare', {a, b}, signal)]);
-      this.build(one, other, differences);
+      const [one, other] =
+          await Promise.all([a, b].map((id) => get(`/api/behaviors/${id}`, {}, signal)));
+      // The server reads each once, as long as nobody asks for it twice at a time.
+      this.build(one, other, await get('/api/compare', {a, b}, signal));
     } catch (problem) {
       if (problem.name === 'AbortError' || this.moment) return;
       refill(this.place, element('h1', {}, `#${a} and #${b}`), element('p', {class: 'note bad'}, problem.message));
@@ -43,6 +45,9 @@ export class CompareView {
     this.pictures = element('div', {class: 'pictures'});
     this.behaviors = [one, other];
     const why = this.shell.whyNoPictures;
+    this.lit = why || this.route.now.params.t !== undefined ?
+        null :
+        goToLight([one.id, other.id], moment, this.abort.signal);
     refill(this.place,
       element('h1', {}, one.name === other.name ? `${one.name}, twice` : `${one.name} and ${other.name}`),
       element('p', {class: 'under'}, this.summary(one, other)),
@@ -86,7 +91,7 @@ export class CompareView {
       {title: `#${one.id} ${one.name}`, limit: one.duration, tellsDark: true}));
     this.parts.push(...shown);
     refill(this.pictures, shown.map((picture) => picture.place));
-    this.moment.follow((seconds) => shown.forEach((picture) => picture.at(seconds)));
+    follow(shown, this.moment, this.lit);
     this.route.keep({view: view === 'bystander' ? undefined : view});
   }
 

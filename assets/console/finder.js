@@ -25,11 +25,13 @@ export class Finder {
       on: {input: () => route.search({q: this.input.value}), keydown: (event) => this.pressed(event)}});
     this.matching = element('p', {id: 'matching', class: 'matching', role: 'status'});
     this.choosing = element('p', {class: 'choosing', hidden: true});
+    this.none = element(
+        'p', {class: 'matching', hidden: true}, button('Show all behaviors', () => this.clear()));
     this.filters = this.makeFilters();
     this.scroller = element('div', {class: 'scroller', tabindex: -1});
     put(place, element('h1', {class: 'unseen'}, 'Behaviors'), element('div', {class: 'search'},
       element('label', {for: 'search', class: 'unseen'}, 'Search behaviors'), this.input, this.filters),
-    this.matching, this.choosing, this.scroller);
+    this.matching, this.none, this.choosing, this.scroller);
     this.list = new VirtualList(this.scroller, {rowHeight: ROW_HEIGHT, key: (one) => one.id,
       load: (after, limit, signal) => this.load(after, limit, signal),
       draw: (one, row) => this.draw(one, row)});
@@ -122,6 +124,7 @@ export class Finder {
     const answer = await get('/api/behaviors', {...await this.query(), before: after?.id, limit}, signal);
     this.say(answer.matching === answer.total ? count(answer.total, 'behavior') :
       `${count(answer.matching, 'behavior')} of ${answer.total.toLocaleString('en-US')}`);
+    this.none.hidden = answer.matching > 0 || answer.total === 0;
     return {total: answer.matching, rows: answer.behaviors};
   }
 

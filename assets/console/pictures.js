@@ -97,6 +97,18 @@ export class Picture {
   }
 }
 
+/** The views show the moment; they wait until `ready` is settled, or the moment has moved. */
+export function follow(views, moment, ready) {
+  const begin = moment.seconds;
+  const show = () => views.forEach((view) => view.at(moment.seconds));
+  let waits = Boolean(ready);
+  moment.follow((seconds) => {
+    waits = waits && seconds === begin;
+    if (!waits) show();
+  });
+  ready?.then(show);
+}
+
 /** In place of pictures: why this console makes none. */
 export function noPictures(why) {
   return element('p', {class: 'note'}, `No pictures: ${why}`);
@@ -109,14 +121,7 @@ export class Pictures {
     this.views = Object.keys(VIEWS).map((view) => new Picture(id, view,
       {limit: moment.length, tellsDark: view === 'projector'}));
     this.place = element('div', {class: 'pictures'}, this.views.map((view) => view.place));
-    const begin = moment.seconds;
-    const show = () => this.views.forEach((view) => view.at(moment.seconds));
-    let waits = Boolean(ready);
-    moment.follow((seconds) => {
-      waits = waits && seconds === begin;
-      if (!waits) show();
-    });
-    ready?.then(show);
+    follow(this.views, moment, ready);
   }
 
   close() {
@@ -126,7 +131,8 @@ export class Pictures {
 
 /** Small pictures of the key moments, which lead there. Loaded one after the other. */
 export class KeyMoments {
-  constructor(id, seconds, moment) {
+  /** @param {Promise|null} ready they wait until it is settled */
+  constructor(id, seconds, moment, ready = null) {
     this.strip = element('div', {class: 'strip', role: 'group', 'aria-label': 'Key moments'});
     this.place = element('section', {hidden: !seconds.length}, element('h2', {}, 'Key moments'), this.strip);
     this.views = seconds.map((t) => {
@@ -135,10 +141,11 @@ export class KeyMoments {
         'aria-label': `Go to ${offset(t)}`}));
       return {t, view};
     });
-    this.load();
+    this.load(ready);
   }
 
-  async load() {
+  async load(ready) {
+    await ready;  // the large pictures are asked for first
     for (const {t, view} of this.views) await view.loader.want(t);
   }
 

@@ -18,6 +18,19 @@ export async function firstLight(id, signal) {
   return {image, moment};
 }
 
+/**
+ * Whoever came without a moment sees the first at which all these behaviors have been lit, unless
+ * they have moved meanwhile.
+ */
+export async function goToLight(ids, moment, signal) {
+  try {
+    const lit = Math.max(
+        ...(await Promise.all(ids.map((id) => firstLight(id, signal)))).map((one) => one.moment));
+    if (lit && moment.seconds === 0 && !moment.isPlaying) moment.set(lit);
+  } catch { /* the pictures say why there are none */
+  }
+}
+
 export class Thumbnails {
   constructor() {
     this.kept = new Map();  // key of a behavior: its picture's address, or '' where there is none

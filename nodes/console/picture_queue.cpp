@@ -15,6 +15,8 @@ constexpr std::size_t kMostKept = 64 << 20;   // bytes
 constexpr double kPerSecond = 100;            // moments that are told apart
 constexpr std::int64_t kFirstLight = -1;      // in their place
 constexpr int kSearched = 320;                // pixels of an image in which light is looked for
+constexpr int kNarrowestLarge = 400;          // pixels of an image that is looked at by itself
+constexpr std::uint64_t kSmallWait = 4;       // later requests that go before a narrower image
 constexpr std::size_t kLongestHeader = 8000;  // bytes; escaped up to six times as many
 
 /// The lines as kDarkHeader has them, as many as a browser takes.
@@ -63,7 +65,7 @@ void PictureQueue::draw(const PictureRequest& given, OnDrawn on_drawn) {
                 return a.second.turn < b.second.turn;
               });
     const auto gone = at != waiting_.end() ? at : oldest;
-    std::uint64_t turn = ++turns_;
+    std::uint64_t turn = ++turns_ + (request.width < kNarrowestLarge ? kSmallWait : 0);
     if (gone != waiting_.end()) {
       superseded = std::move(gone->second.on_drawn);
       // A viewer who asks often does not wait the longer for it.

@@ -29,7 +29,8 @@ constexpr const char* kDarkHeader = "Afterglow-Dark";
 constexpr const char* kMomentHeader = "Afterglow-Moment";
 
 /// The newest request of each viewer, behavior and view wins: a request that waits is told 503
-/// "superseded". The last pictures are kept, and the last behaviors' painters, so that scrubbing
+/// "superseded". Small pictures, which illustrate lists, let some larger ones go first that are
+/// requested later. The last pictures are kept, and the last behaviors' painters, so that scrubbing
 /// forward goes on where it was. Any thread.
 class PictureQueue {
  public:
