@@ -29,8 +29,11 @@ constexpr const char* kRecorder = "/recorder_node/start_recording";
 
 /// The folder of the examples; throws std::runtime_error where ROS does not know the package.
 fs::path examplesFolder() {
-  const fs::path folder = fs::path(ros::package::getPath("afterglow")) / "assets" / "examples";
-  if (fs::is_directory(folder)) return folder;
+  const fs::path package = ros::package::getPath("afterglow");
+  const fs::path folder = package / "assets" / "examples";
+  // Without a package the folder may be that of the clone one stands in, and its scripts would find
+  // no module.
+  if (!package.empty() && fs::is_directory(folder)) return folder;
   throw std::runtime_error(
       "ROS does not find the examples: source build/devel/setup.sh, or the "
       "workspace's");
