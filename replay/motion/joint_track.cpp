@@ -59,10 +59,8 @@ JointTrack JointTrack::read(const Store& store, const Behavior& behavior, Stamp 
 void JointTrack::add(const std::string& joint, Stamp at, double position) {
   if (!std::isfinite(position)) return;
   std::vector<Sample>& samples = joints_[joint];
-  const bool is_early = !samples.empty() && at.ns - samples.back().at.ns < kThinnest;
   // Of joint states that come faster, the newest stands for those since the last that was kept.
-  const bool replaces = is_early && samples.size() > 1 &&
-                        at.ns - samples[samples.size() - 2].at.ns < kThinnest;
+  const bool replaces = samples.size() > 1 && at.ns - samples[samples.size() - 2].at.ns < kThinnest;
   if (replaces) samples.pop_back();
   samples.push_back({at, position});
 }

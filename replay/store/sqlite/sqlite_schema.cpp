@@ -120,8 +120,6 @@ FileHeader rolledBack(const fs::path& file) {
   throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
 }
 
-/// Looks without SQL, for which SQLite may leave -wal and -shm files beside a database. The file
-/// itself always has the version: tables are made before WAL mode is entered.
 /// Why this user may not; empty: it may.
 std::string whyNoAccess(const fs::path& path, int wish) {
   const fs::path named = path.empty() ? "." : path;
@@ -165,6 +163,8 @@ void checkAccess(const std::string& path, OpenMode mode) {
   }
 }
 
+/// Looks without SQL, for which SQLite may leave -wal and -shm files beside a database. The file
+/// itself always has the version: tables are made before WAL mode is entered.
 void checkFile(const std::string& path, OpenMode mode) {
   const fs::path file(path);
   std::error_code error;
