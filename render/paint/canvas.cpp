@@ -1,11 +1,14 @@
 #include "render/paint/canvas.hpp"
 
+#include <limits>
+
 #include "render/paint/band_bins.hpp"
 
 namespace afterglow::render {
 namespace {
 
 constexpr std::uint16_t kAlpha = 3;  ///< lane
+constexpr float kFarthest = std::numeric_limits<float>::infinity();
 
 /// `below` under premultiplied light.
 Light over(Light below, Light light) {
@@ -15,8 +18,8 @@ Light over(Light below, Light light) {
 }
 
 /// The same for a sum of shares.
-Light sumOver(Light sum, std::uint32_t share, Light light) {
-  const std::uint32_t rest = 255u - light[kAlpha];
+Light sumOver(Light sum, int share, Light light) {
+  const int rest = 255 - light[kAlpha];
   Light out;
   for (int lane = 0; lane < 4; ++lane) {
     out[lane] = static_cast<std::uint16_t>((sum[lane] * rest + 127) / 255 + light[lane] * share);
@@ -26,11 +29,14 @@ Light sumOver(Light sum, std::uint32_t share, Light light) {
 
 }  // namespace
 
-Canvas::Canvas(int width)
-    : width_(width),
-      behind_(static_cast<std::size_t>(width) * kBandRows, Light{}),
-      covers_(static_cast<std::size_t>(width) * kBandRows),
-      touched_(kBandRows, Touched{width, 0}) {}
+Canvas::Canvas(int width) : width_(width), touched_(kBandRows, Touched{width, 0}) {
+  const std::size_t pixels = at(kBandRows, kPixelsAtOnce);
+  behind_.resize(pixels);
+  sums_.resize(pixels);
+  shares_.resize(pixels);
+  depths_.resize(pixels, kFarthest);
+  slacks_.resize(pixels);
+}
 
 void Canvas::clear() {
   for (int row = 0; has_covers_ && row < kBandRows; ++row) forget(row);
@@ -40,18 +46,21 @@ void Canvas::clear() {
 
 void Canvas::forget(int row) {
   Touched& touched = touched_[static_cast<std::size_t>(row)];
-  for (int column = touched.begin; column < touched.end; ++column)
-    covers_[at(row, column)].share = 0;
+  const auto first = static_cast<std::ptrdiff_t>(at(row, touched.begin));
+  const int columns = std::max(0, touched.end - touched.begin);
+  std::fill_n(shares_.begin() + first, columns, 0);
+  std::fill_n(sums_.begin() + first, columns, Light{});
+  std::fill_n(depths_.begin() + first, columns, kFarthest);
   touched = {width_, 0};
 }
 
 void Canvas::lay(int row, int column, Light light, float depth) {
   const std::size_t i = at(row, column);
-  Cover& cover = covers_[i];
-  const bool is_hidden = cover.share > 0 && depth > cover.depth;
-  if (is_hidden && cover.share == kWhole) return;
+  const int share = shares_[i];
+  const bool is_hidden = share > 0 && depth > depths_[i];
+  if (is_hidden && share == kWhole) return;
   behind_[i] = over(behind_[i], light);
-  if (cover.share > 0 && !is_hidden) cover.sum = sumOver(cover.sum, cover.share, light);
+  if (share > 0 && !is_hidden) sums_[i] = sumOver(sums_[i], share, light);
 }
 
 void Canvas::flatten() {
@@ -66,8 +75,8 @@ void Canvas::lay(Canvas& other) {
     const Touched touched = other.touched_[static_cast<std::size_t>(row)];
     for (int column = touched.begin; column < touched.end; ++column) {
       const std::size_t i = at(row, column);
-      if (other.covers_[i].share == 0) continue;
-      lay(row, column, other.seen(i), other.covers_[i].depth);
+      if (other.shares_[i] == 0) continue;
+      lay(row, column, other.seen(i), other.depths_[i]);
       other.behind_[i] = Light{};
     }
     other.forget(row);
@@ -76,14 +85,12 @@ void Canvas::lay(Canvas& other) {
 }
 
 const Light* Canvas::finish(int row) {
-  Touched& touched = touched_[static_cast<std::size_t>(row)];
+  const Touched& touched = touched_[static_cast<std::size_t>(row)];
   for (int column = touched.begin; column < touched.end; ++column) {
     const std::size_t i = at(row, column);
-    if (covers_[i].share == 0) continue;
     behind_[i] = seen(i);
-    covers_[i].share = 0;
   }
-  touched = {width_, 0};
+  forget(row);
   return behind(row);
 }
 

@@ -70,21 +70,14 @@ void ImagePainter::projectPart(PaintList& list, std::size_t begin, std::size_t e
   }
 }
 
-/// Far outside is outside; an integer could not hold it.
+/// Far outside is outside; an integer could not hold it. Above zero, cutting off rounds down.
 Rows ImagePainter::rowsBetween(float top, float bottom) const {
-  const auto limit = static_cast<float>(height_ + kBandRows);
-  return {static_cast<int>(std::clamp(std::floor(top), -limit, limit)),
-          static_cast<int>(std::clamp(std::floor(bottom), -limit, limit))};
-}
-
-Rows ImagePainter::rowsOf(const Sprites& sprites, std::size_t sprite) const {
-  const Corner* corners = &sprites.corners[sprites.all[sprite].first];
-  float top = corners[0].y, bottom = top;
-  for (std::uint32_t k = 1; k < sprites.all[sprite].count; ++k) {
-    top = std::min(top, corners[k].y);
-    bottom = std::max(bottom, corners[k].y);
-  }
-  return rowsBetween(top, bottom);
+  const int lift = height_ + kBandRows;
+  const auto limit = static_cast<float>(lift);
+  const auto rowOf = [&](float y) {
+    return static_cast<int>(std::clamp(y, -limit, limit) + limit) - lift;
+  };
+  return {rowOf(top), rowOf(bottom)};
 }
 
 void ImagePainter::mark(const PaintList& list, const StepEnds& from, const StepEnds& to,
@@ -96,7 +89,10 @@ void ImagePainter::mark(const PaintList& list, const StepEnds& from, const StepE
       bands[static_cast<std::size_t>(band)] = 1;
     }
   };
-  for (std::size_t i = from.sprites; i < to.sprites; ++i) markRows(rowsOf(list.steps.sprites, i));
+  for (std::size_t i = from.sprites; i < to.sprites; ++i) {
+    const Sprite& sprite = list.steps.sprites.all[i];
+    markRows(rowsBetween(sprite.top, sprite.bottom));
+  }
   if (from.vertices == to.vertices) return;
   const auto first = list.vertices.begin() + static_cast<std::ptrdiff_t>(from.vertices);
   const auto last = list.vertices.begin() + static_cast<std::ptrdiff_t>(to.vertices);
@@ -152,9 +148,12 @@ void ImagePainter::addPoints(const PaintList& list, const PointRun& run,
 }
 
 void ImagePainter::addSprites(const Sprites& sprites, const Piece& piece) {
-  sprite_bins_.add(
-      piece.count, workers_, [&](std::size_t i) { return rowsOf(sprites, piece.first + i); },
-      [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
+  const auto rowsOf = [&](std::size_t i) {
+    const Sprite& sprite = sprites.all[piece.first + i];
+    return rowsBetween(sprite.top, sprite.bottom);
+  };
+  sprite_bins_.add(piece.count, workers_, rowsOf,
+                   [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
 }
 
 /// Ribbons, boxes, tubes and discs come as fans of triangles: as polygons they are less work. Where

@@ -68,9 +68,8 @@ class ImagePainter {
         : canvas(width),
           glass(width),
           brush(width),
-          mask_sums(canvasSize(width)),
+          mask_sums(static_cast<std::size_t>(width) * kBandRows + kPixelsAtOnce),
           mask(mask_sums.size()) {}
-    static std::size_t canvasSize(int width) { return static_cast<std::size_t>(width) * kBandRows; }
     Canvas canvas;
     Canvas glass;  ///< a canvas for one translucent thing
     PolygonBrush brush;
@@ -83,7 +82,6 @@ class ImagePainter {
 
   template <bool kFisheye>
   void projectPart(PaintList& list, std::size_t begin, std::size_t end) const;
-  Rows rowsOf(const Sprites& sprites, std::size_t sprite) const;
   Rows rowsBetween(float top, float bottom) const;
   void addJobs(const PaintList& list);
   void addTriangles(const PaintList& list, const Piece& piece);

@@ -51,7 +51,7 @@ Piece OutlineProjector::projectHull(const OutlinePoint* points, std::size_t coun
   Piece piece{Piece::Kind::Outlines, color >> 24 == 255, static_cast<std::uint32_t>(out.used), 0,
               static_cast<double>(sprite.depth)};
   if (outline_.size() < 3) return piece;
-  std::copy(outline_.begin(), outline_.end(), out.add(sprite, outline_.size()));
+  out.add(sprite, outline_);
   piece.count = 1;
   return piece;
 }
@@ -129,11 +129,12 @@ std::optional<Piece> LetterProjector::project(const Body& letters, const Drawabl
   sprite.outline = PolygonCoverage::Outline::Edges;
   sprite.color = packedColor(color);
   setDepth(frame, sprite);
-  Corner* corner = out.add(sprite, 2 * letters.outline.size());
+  outline_.clear();
   for (const auto& [from, to] : letters.outline) {
-    *corner++ = seen_[from];
-    *corner++ = seen_[to];
+    outline_.push_back(seen_[from]);
+    outline_.push_back(seen_[to]);
   }
+  out.add(sprite, outline_);
   piece.count = 1;
   piece.mean_depth = static_cast<double>((frame[0].depth + frame[2].depth) / 2);
   return piece;

@@ -58,6 +58,7 @@ class LetterProjector {
   FloatLens lens_;
   const LensDomain& domain_;
   std::vector<Corner> seen_;  ///< the letters' points
+  std::vector<Corner> outline_;
 };
 
 }  // namespace afterglow::render

@@ -18,10 +18,9 @@ Light opaque(std::uint32_t color) {
   return Light{lane(0), lane(8), lane(16), 255};
 }
 
-/// Shares of `source` over some pixels, rounded as division by 255 is. Always inlined: each kind of
-/// processor would pass such vectors in another way.
-inline __attribute__((always_inline)) void mix(Light* pixels, const Lights& source,
-                                               const std::uint16_t* lanes, std::uint16_t each) {
+/// Shares of `source` over some pixels, rounded as division by 255 is.
+AFTERGLOW_ALWAYS_INLINE void mix(Light* pixels, const Lights& source, const std::uint16_t* lanes,
+                                 std::uint16_t each) {
   Lights below, shares;
   std::memcpy(&below, pixels, sizeof(below));
   std::memcpy(&shares, lanes, sizeof(shares));
@@ -29,16 +28,6 @@ inline __attribute__((always_inline)) void mix(Light* pixels, const Lights& sour
   const Lights sum = below * (255 - shares) + source * shares + 128;
   const Lights result = (sum + (sum >> 8)) >> 8;
   std::memcpy(pixels, &result, sizeof(result));
-}
-
-/// The same light for each, put together in registers: pieces of it that were written to memory
-/// could not be read as one at once.
-inline __attribute__((always_inline)) void repeat(Light light, Lights& out) {
-  using Words = std::uint64_t __attribute__((vector_size(8 * kLightsAtOnce)));
-  std::uint64_t word;
-  std::memcpy(&word, &light, sizeof(word));
-  const Words words = word - Words{};
-  std::memcpy(&out, &words, sizeof(out));
 }
 
 /// The depth that ScreenPoint::order was made of.
@@ -53,8 +42,8 @@ float depthOf(std::uint32_t order) {
 
 PointBrush::PointBrush(float size_px)
     : size_(static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels))),
-      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 2 + kLightsAtOnce - 1) /
-              kLightsAtOnce * kLightsAtOnce) {
+      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 2 + kPixelsAtOnce - 1) /
+              kPixelsAtOnce * kPixelsAtOnce) {
   shares_.resize(kSubpixels * stride_);
   for (int fraction = 0; fraction < kSubpixels; ++fraction) {
     for (int i = 0; i < static_cast<int>(stride_); ++i) {
@@ -81,9 +70,8 @@ void PointBrush::paint(const ScreenPoint* points, std::size_t count, int row_beg
   }
 }
 
-inline __attribute__((always_inline)) void PointBrush::paintPlain(const ScreenPoint& point,
-                                                                  int row_begin, int row_end,
-                                                                  Canvas& canvas) const {
+AFTERGLOW_ALWAYS_INLINE void PointBrush::paintPlain(const ScreenPoint& point, int row_begin,
+                                                    int row_end, Canvas& canvas) const {
   const int left = begin(point.u), top = begin(point.v);
   const int u_begin = left >> 8, v_first = top >> 8;
   const int columns = ((left + size_ + 255) >> 8) - u_begin;
@@ -99,7 +87,7 @@ inline __attribute__((always_inline)) void PointBrush::paintPlain(const ScreenPo
     const auto each = static_cast<std::uint16_t>((rows[v] * alpha + 128) >> 8);
     Light* row = canvas.behind(v - row_begin) + u_begin;
     // A pixel past the end has no share and stays as it is.
-    for (int i = 0; i < columns; i += kLightsAtOnce) {
+    for (int i = 0; i < columns; i += kPixelsAtOnce) {
       mix(row + i, source, lanes + kLanes * static_cast<std::size_t>(i), each);
     }
   }

@@ -2,8 +2,8 @@
 /// Triangles and sprites onto a band's canvas: every pixel gets the exact share that is covered.
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -26,13 +26,11 @@ using ScreenPolygon = std::vector<ScreenVertex>;
 class PolygonBrush {
  public:
   explicit PolygonBrush(int width)
-      : width_(width),
-        coverage_(width),
-        shares_(static_cast<std::size_t>(width)),
-        depths_(shares_.size()) {}
+      : width_(width), coverage_(width), lights_(static_cast<std::size_t>(width) + kPixelsAtOnce) {}
 
   /// Paints the part of a triangle in a band whose first row is `row_begin`; both its sides are
-  /// seen. `mask`: shares of kWhole, row by row, that light may cover; nullptr: all.
+  /// seen. `mask`: shares of kWhole, row by row, that light may cover, and room for kPixelsAtOnce
+  /// more; nullptr: all.
   void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
 
@@ -57,25 +55,32 @@ class PolygonBrush {
     float least = -1e9f, greatest = 1e9f;
 
     float ofRow(int row) const { return origin + by_y * (static_cast<float>(row) + 0.5f); }
-    /// Returns the depth at a pixel's center.
-    float at(float of_row, int column) const {
-      const float here = of_row + by_x * (static_cast<float>(column) + 0.5f);
-      return std::min(std::max(here, least), greatest);
-    }
+  };
+  /// The part of a band that light may cover.
+  struct Band {
+    int row_begin, row_end;
+    const std::uint16_t* mask;
+    Canvas& canvas;
   };
 
-  template <typename LightAt>
-  void paintOutline(const Corner* corners, std::size_t count, Outline outline, int row_begin,
-                    int row_end, const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
-                    const Depth& depth);
-  /// Whole numbers of kWhole for shares of 1, and the depths at the pixels' centers.
-  void setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns,
-              float first_depth, const Depth& depth);
+  /// setLights(row, begin, columns) sets `lights_`.
+  template <typename SetLights>
+  void paintOutline(const Corner* corners, std::size_t count, Outline outline, const Depth& depth,
+                    const Band& band, const SetLights& setLights);
+  void paintOutline(const Corner* corners, std::size_t count, Outline outline, const Depth& depth,
+                    const Band& band, Light light);
+  /// Paints an outline a few pixels across; returns false if it is not, or reaches over the
+  /// image's sides.
+  bool paintSmall(const Corner* corners, std::size_t count, Outline outline, const Depth& depth,
+                  const Band& band, Light light) const;
+  void paintRow(const float* shares, int row, int begin, int columns, const Depth& depth,
+                const Band& band) const;
+  void paintPixels(const float* shares, int row, int column, const Depth& depth, const Band& band,
+                   const Lights& lights) const;
 
   int width_;
   PolygonCoverage coverage_;
-  std::vector<std::uint32_t> shares_;  ///< shares of the part of a row that is painted
-  std::vector<float> depths_;
+  std::vector<Light> lights_;  ///< lights of the part of a row that is painted
   std::vector<Corner> corners_;
 };
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/paint/band_bins.hpp"
+#include "render/paint/canvas.hpp"
 #include "render/paint/float_lens.hpp"
 
 namespace afterglow::render {
@@ -21,7 +22,7 @@ class PolygonCoverage {
   explicit PolygonCoverage(int width)
       : width_(width),
         sums_((static_cast<std::size_t>(width) + kMore) * kBandRows),
-        shares_(static_cast<std::size_t>(width)) {}
+        shares_(static_cast<std::size_t>(width) + kPixelsAtOnce) {}
 
   /// The way in which corners make an outline.
   enum class Outline {
@@ -34,7 +35,7 @@ class PolygonCoverage {
 
   /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end),
   /// which are at most kBandRows, that is touched. Shares are positive if the outline turns
-  /// clockwise as seen (y down), else negative.
+  /// clockwise as seen (y down), else negative; after them come zeros, up to kPixelsAtOnce.
   template <typename Visit>
   void visit(const Corner* corners, std::size_t corner_count, Outline outline, int row_begin,
              int row_end, const Visit& visit) {
@@ -63,6 +64,7 @@ class PolygonCoverage {
         sums[span.begin + i] = 0;
       }
       sums[span.end] = sums[span.end + 1] = 0;  // what is left of the last columns' edges
+      std::fill_n(&shares_[at(count)], kPixelsAtOnce, 0.f);
       visit(row, span.begin, count, static_cast<const float*>(shares_.data()));
     }
   }

@@ -7,13 +7,15 @@
 
 #include "render/paint/float_lens.hpp"
 #include "render/paint/screen_point.hpp"
+#include "render/paint/vector_clones.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {
 namespace {
 
-using Eigen::Vector3f;
+using Eigen::Vector3f, Eigen::Vector4f;
 
+constexpr std::size_t kMostCorners = 16;
 constexpr std::size_t kBallCorners = 16;  // the largest's outline is a sixth of a pixel off at most
 
 /// Returns corners on a circle of radius 1, widened so that the polygon has its area.
@@ -33,10 +35,13 @@ const std::array<Eigen::Vector2f, kBallCorners>& ballCorners() {
 /// Corners of the outline of a box as seen from one of the 27 regions around it, by whether the eye
 /// lies before, between or behind the two faces of each axis. Bit i of a corner: the far end of
 /// axis i.
+using CornerOrder = std::array<std::uint8_t, kMostCorners>;
 struct BoxOutline {
   int count = 0;
-  std::array<int, 6> corners{};
+  CornerOrder corners{};
 };
+constexpr CornerOrder kInOrder = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+constexpr CornerOrder kAroundSquare = {0, 1, 3, 2};
 
 /// Edges of the faces that are seen, without those that two of them share.
 BoxOutline outlineFrom(const std::array<int, 3>& side) {
@@ -66,7 +71,7 @@ BoxOutline outlineFrom(const std::array<int, 3>& side) {
   if (start < 0) return outline;
   int at = start;
   do {
-    outline.corners[static_cast<std::size_t>(outline.count++)] = at;
+    outline.corners[static_cast<std::size_t>(outline.count++)] = static_cast<std::uint8_t>(at);
     at = next[static_cast<std::size_t>(at)];
   } while (at != start && outline.count < 6);
   return outline;
@@ -92,7 +97,24 @@ struct Part {
   bool is_opaque = true, is_too_large = false;
 };
 
-template <bool kFisheye>
+/// Corners before the lens: P_optical_cloud times each, or the differences to that of the center.
+struct LensPoints {
+  std::array<float, kMostCorners> x, y, z, w;
+
+  void set(std::size_t i, const Vector4f& q) {
+    x[i] = q.x();
+    y[i] = q.y();
+    z[i] = q.z();
+    w[i] = q.w();
+  }
+};
+
+/// Corners on the image; those that are not shown mean nothing.
+struct SeenCorners {
+  std::array<float, kMostCorners> x, y;
+  std::array<std::int32_t, kMostCorners> is_shown;
+};
+
 class PartProjector {
  public:
   PartProjector(const FloatLens& lens, int width, int height, const SpriteList& list,
@@ -109,16 +131,35 @@ class PartProjector {
         stride_(stride),
         origin_(origin),
         P_(placement_.P_optical_cloud.cast<float>()),
-        height_row_(placement_.height.transpose().cast<float>()) {}
+        height_row_(placement_.height.transpose().cast<float>()) {
+    const bool is_square = shape_.kind == SpriteShape::Kind::Square;
+    for (int corner = 0; corner < (is_square ? 4 : 8); ++corner) {
+      const auto side = [&](int axis) { return (corner >> axis & 1) != 0 ? 1.f : -1.f; };
+      const Vector3f signs(side(0), side(1), side(2));
+      const Vector3f offset = is_square ? Vector3f(signs.x() * shape_.right * shape_.half.x() +
+                                                   signs.y() * shape_.up * shape_.half.y())
+                                        : Vector3f(signs.cwiseProduct(shape_.half));
+      offsets_.set(static_cast<std::size_t>(corner), P_.leftCols<3>() * offset);
+    }
+  }
 
+  AFTERGLOW_VECTOR_CLONES
   void project(Part& part, Sprite* sprites, std::size_t first_corner, Corner* corners) const {
+    lens_.is_fisheye ? projectThrough<true>(part, sprites, first_corner, corners)
+                     : projectThrough<false>(part, sprites, first_corner, corners);
+  }
+
+ private:
+  template <bool kFisheye>
+  AFTERGLOW_ALWAYS_INLINE void projectThrough(Part& part, Sprite* sprites, std::size_t first_corner,
+                                              Corner* corners) const {
     for (std::size_t i = part.begin; i < part.end; ++i) {
       if (!points_[i].allFinite()) continue;
       const std::uint32_t color = colorOf(i);
       if (color >> 24 == 0) continue;
       Sprite& sprite = sprites[part.count];
       const std::size_t at = part.count * stride_;
-      if (!place(points_[i] - origin_, corners + at, sprite, part)) continue;
+      if (!place<kFisheye>(points_[i] - origin_, corners + at, sprite, part)) continue;
       sprite.first = static_cast<std::uint32_t>(first_corner + at);
       sprite.color = color;
       part.is_opaque = part.is_opaque && color >> 24 == 255;
@@ -127,7 +168,6 @@ class PartProjector {
     }
   }
 
- private:
   std::uint32_t colorOf(std::size_t i) const {
     if (list_.colors != nullptr && i < list_.colors->size()) {
       return packedColor((*list_.colors)[i], color_.a, placement_.gain);
@@ -138,39 +178,74 @@ class PartProjector {
     return packedColor(color_, 1, placement_.gain);
   }
 
-  bool toImage(const Vector3f& p, Corner& corner) const {
-    const Eigen::Vector4f q = P_ * p.homogeneous();
-    const float inverse = 1 / q.z();
-    const float x = q.x() * inverse, y = q.y() * inverse;
-    if (!(q.w() > 0 && q.z() >= static_cast<float>(LensDomain::kNear) * q.w() &&
-          x * x + y * y <= lens_.square_fold)) {
-      return false;
+  /// A loop without branches over arrays: it becomes vector code.
+  template <bool kFisheye, std::size_t kCount>
+  AFTERGLOW_ALWAYS_INLINE void throughLens(const Vector4f& center, const LensPoints& offsets,
+                                           SeenCorners& seen) const {
+    const FloatLens lens = lens_;
+    const float qx = center.x(), qy = center.y(), qz = center.z(), qw = center.w();
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const float z = qz + offsets.z[i], w = qw + offsets.w[i], inverse = 1 / z;
+      const float x = (qx + offsets.x[i]) * inverse, y = (qy + offsets.y[i]) * inverse;
+      seen.is_shown[i] = (w > 0) & (z >= static_cast<float>(LensDomain::kNear) * w) &
+                         (x * x + y * y <= lens.square_fold);
+      float u, v;
+      lens.project<kFisheye>(x, y, u, v);
+      seen.x[i] = u + 0.5f;
+      seen.y[i] = v + 0.5f;
     }
-    corner = lens_.seen<kFisheye>(x, y);
-    return true;
   }
 
-  bool place(const Vector3f& p, Corner* corners, Sprite& sprite, Part& part) const {
-    const Eigen::Vector4f q = P_ * p.homogeneous();
+  template <bool kFisheye>
+  AFTERGLOW_ALWAYS_INLINE bool place(const Vector3f& p, Corner* corners, Sprite& sprite,
+                                     Part& part) const {
+    const Vector4f q = P_ * p.homogeneous();
     if (!(q.w() > 0 && q.z() >= static_cast<float>(LensDomain::kNear) * q.w())) return false;
-    if (!outline(p, corners, sprite)) return false;
+    SeenCorners seen;
+    const CornerOrder* order = &kInOrder;
+    switch (shape_.kind) {
+      case SpriteShape::Kind::Square:
+        sprite.count = 4;
+        order = &kAroundSquare;
+        throughLens<kFisheye, 4>(q, offsets_, seen);
+        break;
+      case SpriteShape::Kind::Box: {
+        const BoxOutline& outline = outlineOfBox(regionOf(p));
+        sprite.count = static_cast<std::uint32_t>(outline.count);
+        order = &outline.corners;
+        throughLens<kFisheye, 8>(q, offsets_, seen);
+        break;
+      }
+      case SpriteShape::Kind::Ball: {
+        LensPoints circle;
+        sprite.count = setCircle(p, circle) ? kBallCorners : 0;
+        throughLens<kFisheye, kBallCorners>(q, circle, seen);
+        break;
+      }
+    }
+    if (sprite.count == 0) return false;  // the eye is within
     float left = 1e9f, right = -1e9f, top = 1e9f, bottom = -1e9f;
     for (std::uint32_t i = 0; i < sprite.count; ++i) {
-      left = std::min(left, corners[i].x);
-      right = std::max(right, corners[i].x);
-      top = std::min(top, corners[i].y);
-      bottom = std::max(bottom, corners[i].y);
+      const std::size_t at = (*order)[i];
+      if (!seen.is_shown[at]) return false;
+      corners[i] = {seen.x[at], seen.y[at]};
+      left = std::min(left, seen.x[at]);
+      right = std::max(right, seen.x[at]);
+      top = std::min(top, seen.y[at]);
+      bottom = std::max(bottom, seen.y[at]);
     }
     if (right <= 0 || bottom <= 0 || left >= width_ || top >= height_) return false;
     const float largest = std::max(right - left, bottom - top);
     const bool is_square = shape_.kind == SpriteShape::Kind::Square;
     part.is_too_large = part.is_too_large || largest > (is_square ? kLargestSquare : kLargestBody);
+    sprite.top = top;
+    sprite.bottom = bottom;
     setDepth(p, q, sprite);
     return true;
   }
 
   /// Sets the depth as LightVertex::depth; its slack is what half a sprite's size makes.
-  void setDepth(const Vector3f& p, const Eigen::Vector4f& q, Sprite& sprite) const {
+  void setDepth(const Vector3f& p, const Vector4f& q, Sprite& sprite) const {
     const float size = shape_.half.maxCoeff();
     if (placement_.flattened) {
       const float h = height_row_.dot(p.homogeneous());
@@ -184,64 +259,37 @@ class PartProjector {
     }
   }
 
-  bool outline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
-    switch (shape_.kind) {
-      case SpriteShape::Kind::Square:
-        return squareOutline(p, corners, sprite);
-      case SpriteShape::Kind::Box:
-        return boxOutline(p, corners, sprite);
-      case SpriteShape::Kind::Ball:
-        return ballOutline(p, corners, sprite);
-    }
-    return false;
-  }
-
-  bool squareOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
-    const Vector3f x = shape_.right * shape_.half.x(), y = shape_.up * shape_.half.y();
-    sprite.count = 4;
-    return toImage(p - x - y, corners[0]) && toImage(p + x - y, corners[1]) &&
-           toImage(p + x + y, corners[2]) && toImage(p - x + y, corners[3]);
-  }
-
   Vector3f towardEye(const Vector3f& p) const {
     return shape_.eye_is_direction ? shape_.eye : Vector3f(shape_.eye - origin_ - p);
   }
 
-  bool boxOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+  std::size_t regionOf(const Vector3f& p) const {
     const Vector3f eye = towardEye(p);
     std::size_t region = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float face = shape_.eye_is_direction ? 0 : shape_.half[axis];
-      const int side = eye[axis] > face ? 1 : eye[axis] < -face ? -1 : 0;
+      const int side = (eye[axis] > face) - (eye[axis] < -face);
       region = 3 * region + static_cast<std::size_t>(side + 1);
     }
-    const BoxOutline& outline = outlineOfBox(region);
-    if (outline.count == 0) return false;  // the eye is within
-    sprite.count = static_cast<std::uint32_t>(outline.count);
-    for (int i = 0; i < outline.count; ++i) {
-      const int corner = outline.corners[static_cast<std::size_t>(i)];
-      Vector3f offset = shape_.half;
-      for (int axis = 0; axis < 3; ++axis) {
-        if ((corner >> axis & 1) == 0) offset[axis] = -offset[axis];
-      }
-      if (!toImage(p + offset, corners[i])) return false;
-    }
-    return true;
+    return region;
   }
 
   /// The circle where lines of sight touch the ball; an ellipsoid is a ball in its own scale.
-  bool ballOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+  /// Returns false if the eye is within.
+  bool setCircle(const Vector3f& p, LensPoints& circle) const {
     const Vector3f eye = towardEye(p).cwiseQuotient(shape_.half);
     const float distance = eye.norm();
     const float middle = shape_.eye_is_direction ? 0 : 1 / distance;
-    if (!(middle < 1)) return false;  // the eye is within
+    if (!(middle < 1)) return false;
     const float radius = std::sqrt(1 - middle * middle);
     const Vector3f n = eye / distance, x = n.unitOrthogonal() * radius, y = n.cross(x);
-    const auto& circle = ballCorners();
-    sprite.count = kBallCorners;
+    const auto seen = [this](const Vector3f& unit) -> Vector4f {
+      return P_.leftCols<3>() * unit.cwiseProduct(shape_.half);
+    };
+    const Vector4f q_middle = seen(n * middle), q_x = seen(x), q_y = seen(y);
     for (std::size_t i = 0; i < kBallCorners; ++i) {
-      const Vector3f unit = n * middle + x * circle[i].x() + y * circle[i].y();
-      if (!toImage(p + unit.cwiseProduct(shape_.half), corners[i])) return false;
+      const Eigen::Vector2f& at = ballCorners()[i];
+      circle.set(i, q_middle + q_x * at.x() + q_y * at.y());
     }
     return true;
   }
@@ -257,6 +305,7 @@ class PartProjector {
   const Vector3f origin_;  ///< floats are differences to it
   const Eigen::Matrix4f P_;
   const Eigen::RowVector4f height_row_;
+  LensPoints offsets_{};  ///< a square's or box's corners; bit i: the far end of axis i
 };
 
 /// Corners that are kept for each.
@@ -281,14 +330,17 @@ void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
   }
 }
 
-Corner* Sprites::add(Sprite sprite, std::size_t corner_count) {
-  makeRoom(1, corner_count);
-  Corner* first = corners.data() + used_corners;
+void Sprites::add(Sprite sprite, const std::vector<Corner>& outline) {
+  makeRoom(1, outline.size());
+  const auto [top, bottom] = std::minmax_element(
+      outline.begin(), outline.end(), [](const Corner& a, const Corner& b) { return a.y < b.y; });
+  sprite.top = top->y;
+  sprite.bottom = bottom->y;
   sprite.first = static_cast<std::uint32_t>(used_corners);
-  sprite.count = static_cast<std::uint32_t>(corner_count);
+  sprite.count = static_cast<std::uint32_t>(outline.size());
   all[used++] = sprite;
-  used_corners += corner_count;
-  return first;
+  std::copy(outline.begin(), outline.end(), corners.data() + used_corners);
+  used_corners += outline.size();
 }
 
 void Sprites::append(const Sprites& other, std::size_t begin, std::size_t end,
@@ -321,13 +373,8 @@ std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Colo
     const std::size_t first_corner = out.used_corners + stride * begin;
     Sprite* sprites = out.all.data() + out.used + begin;
     Corner* corners = out.corners.data() + first_corner;
-    if (lens_.is_fisheye) {
-      PartProjector<true>(lens_, width_, height_, list, color, placement, *origin, stride)
-          .project(part, sprites, first_corner, corners);
-    } else {
-      PartProjector<false>(lens_, width_, height_, list, color, placement, *origin, stride)
-          .project(part, sprites, first_corner, corners);
-    }
+    PartProjector(lens_, width_, height_, list, color, placement, *origin, stride)
+        .project(part, sprites, first_corner, corners);
   });
   double depth_sum = 0;
   for (const Part& part : parts) {

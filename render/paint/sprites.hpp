@@ -26,6 +26,7 @@ struct Sprite {
   float slack = 0;
   float depth = 0;           ///< depth at window coordinates (0, 0), and its slopes
   float by_x = 0, by_y = 0;  ///< a list's: 0, as deep as its center all over
+  float top = 0, bottom = 0;  ///< of its corners
   PolygonCoverage::Outline outline = PolygonCoverage::Outline::Polygon;
 };
 
@@ -37,8 +38,8 @@ struct Sprites {
   void clear() { used = used_corners = 0; }
   /// Makes room for so many more.
   void makeRoom(std::size_t more, std::size_t more_corners);
-  /// Appends one; returns where its corners go.
-  Corner* add(Sprite sprite, std::size_t corner_count);
+  /// Appends one, and sets what follows from its corners.
+  void add(Sprite sprite, const std::vector<Corner>& outline);
   /// Appends a part of another's, and the corners that it has.
   void append(const Sprites& other, std::size_t begin, std::size_t end, std::size_t corners_begin,
               std::size_t corners_end);

@@ -11,3 +11,7 @@
 #else
 #define AFTERGLOW_VECTOR_CLONES
 #endif
+
+/// Marks what such a function calls with vectors, which each kind of processor would pass in
+/// another way.
+#define AFTERGLOW_ALWAYS_INLINE inline __attribute__((always_inline))

@@ -5,6 +5,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <random>
@@ -164,6 +165,33 @@ TEST_F(ImagePainterTest, lightsAFlatFanAsMuchAsItsTriangles) {
   EXPECT_NEAR(redAreaAndCenter()[0], area, 1e-3 * area);
   EXPECT_NEAR(redAreaAndCenter()[1], 40.3, 0.01);
   EXPECT_NEAR(redAreaAndCenter()[2], 33.7, 0.01);
+}
+
+TEST_F(ImagePainterTest, lightsSmallTrianglesByTheirArea) {
+  std::mt19937 random(3);
+  // At bands' borders and in the middle, some too wide for what is small, some over the left side.
+  std::uniform_real_distribution<double> u(-1, 9), v(-5, 5);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector2d middle(i % 5 == 0 ? 0 : 40, i % 2 == 0 ? 31.5 : 56);
+    std::array<Eigen::Vector2d, 3> corners;
+    std::vector<LightVertex> vertices;
+    for (Eigen::Vector2d& corner : corners) {
+      corner = middle + Eigen::Vector2d(u(random), v(random));
+      vertices.push_back(vertexAt(corner.x(), corner.y(), 0.5, kOpaqueRed));
+    }
+    if (std::any_of(corners.begin(), corners.end(), [](const auto& c) { return c.x() < -0.5; })) {
+      continue;  // not all of it is seen
+    }
+    paint(vertices, {0, 1, 2});
+    const Eigen::Vector2d b = corners[1] - corners[0], c = corners[2] - corners[0];
+    const double area = std::abs(b.x() * c.y() - b.y() * c.x()) / 2;
+    EXPECT_NEAR(redAreaAndCenter()[0], area, 0.03 + 0.003 * area);
+    if (area < 3) continue;
+    // Within a pixel the raster keeps no center.
+    const Eigen::Vector2d center = (corners[0] + corners[1] + corners[2]) / 3;
+    EXPECT_NEAR(redAreaAndCenter()[1], center.x(), 0.2);
+    EXPECT_NEAR(redAreaAndCenter()[2], center.y(), 0.2);
+  }
 }
 
 TEST_F(ImagePainterTest, cutsTwoFlatFansWhereTheyMeet) {
