@@ -5,31 +5,30 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "render/paint/vector_clones.hpp"
 #include "render/scene/triangulate.hpp"
-
-#if defined(__x86_64__)
-#include <emmintrin.h>
-#endif
 
 namespace afterglow::render {
 namespace {
 
 constexpr int kBlock = 16;  // px; within it the lens bends rays by less than is seen
+constexpr int kPixels = kBlock * kBlock;
 constexpr int kLights = 4096;
 constexpr float kTolerance = 0.01F;  // of full light: what is cut off by less is not told
 constexpr double kFarthest = 1000;   // m
 constexpr double kLeastDeterminant = 1e-6;
 
-/// The light for a color at a cell, as it is looked up for every pixel: scale * rows * (color,
-/// offset), a quarter of a cache line.
+/// The light for a color at a cell, as it is looked up for every pixel: |scale| * rows * (color,
+/// the texture's offset), a quarter of a cache line.
 struct alignas(16) Cell {
   std::int8_t rows[3][4];
-  float scale;  ///< 0: not known
+  float scale;  ///< below 0: not photographed, the mean of what was; 0: nothing was
 };
 
 /// Cells lie in squares of this side, each as large as a page of memory: a picture's rows run over
@@ -41,9 +40,6 @@ inline int tiledIndex(int column, int row, int tiles) {
   const int tile = (row >> kTileBits) * tiles + (column >> kTileBits);
   return (tile << (2 * kTileBits)) + ((row & (kTile - 1)) << kTileBits) + (column & (kTile - 1));
 }
-
-/// A color as its light, 15 bits a channel, and a constant beside: four numbers of 16 bits.
-using ColorLight = std::uint64_t;
 
 struct LightOfCell {
   Eigen::Matrix3d M_light_seen = Eigen::Matrix3d::Zero();
@@ -76,52 +72,15 @@ Cell packed(const std::optional<LightOfCell>& light, double offset) {
   return cell;
 }
 
-/// A light's place in the table of values to send, channel by channel; some are out of reach.
-struct LightIndex {
-  std::array<int, 3> at;
-  bool is_clipped;
-};
+/// Numbers for red, green and blue; the last one means nothing.
+using Channels = float __attribute__((vector_size(16)));
+using ChannelInts = std::int32_t __attribute__((vector_size(16)));
 
-inline LightIndex lightIndex(const Cell& cell, ColorLight color, float strength) {
-  constexpr float kMost = kLights - 1, kOver = kTolerance * kMost;
-  LightIndex index;
-#if defined(__x86_64__)
-  const __m128i four = _mm_cvtsi64_si128(static_cast<long long>(color));
-  const __m128i eight = _mm_unpacklo_epi64(four, four);
-  const __m128i bytes = _mm_load_si128(reinterpret_cast<const __m128i*>(&cell));
-  const __m128i rows_01 = _mm_srai_epi16(_mm_unpacklo_epi8(bytes, bytes), 8);
-  const __m128i row_2 = _mm_srai_epi16(_mm_unpackhi_epi8(bytes, bytes), 8);
-  const __m128i halves_01 = _mm_madd_epi16(rows_01, eight), halves_2 = _mm_madd_epi16(row_2, four);
-  // (a0 + a1, b0 + b1, c0 + c1, 0)
-  const __m128 x = _mm_castsi128_ps(halves_01), y = _mm_castsi128_ps(halves_2);
-  const __m128i even = _mm_castps_si128(_mm_shuffle_ps(x, y, _MM_SHUFFLE(2, 0, 2, 0)));
-  const __m128i odd = _mm_castps_si128(_mm_shuffle_ps(x, y, _MM_SHUFFLE(3, 1, 3, 1)));
-  const __m128 light =
-      _mm_mul_ps(_mm_cvtepi32_ps(_mm_add_epi32(even, odd)), _mm_set1_ps(cell.scale * strength));
-  const __m128 over = _mm_cmpgt_ps(light, _mm_set1_ps(kMost + kOver));
-  const __m128 under = _mm_cmplt_ps(light, _mm_set1_ps(-kOver));
-  index.is_clipped = (_mm_movemask_ps(_mm_or_ps(over, under)) & 7) != 0;
-  const __m128 within = _mm_min_ps(_mm_max_ps(light, _mm_setzero_ps()), _mm_set1_ps(kMost));
-  const __m128i at = _mm_cvtps_epi32(within);
-  // Twelve bits each: a lane's lower half holds it.
-  index.at = {_mm_extract_epi16(at, 0), _mm_extract_epi16(at, 2), _mm_extract_epi16(at, 4)};
-#else
-  index.is_clipped = false;
-  for (int i = 0; i < 3; ++i) {
-    int sum = 0;
-    for (int j = 0; j < 4; ++j) {
-      sum += cell.rows[i][j] * static_cast<std::int16_t>(color >> (16 * j));
-    }
-    const float light = static_cast<float>(sum) * (cell.scale * strength);
-    if (light > kMost + kOver || light < -kOver) index.is_clipped = true;
-    index.at[static_cast<std::size_t>(i)] =
-        static_cast<int>(std::nearbyint(std::clamp(light, 0.F, kMost)));
-  }
-#endif
-  return index;
+/// A cell's rows, each a channel's four bytes, times one column's part of the light.
+AFTERGLOW_ALWAYS_INLINE void addColumn(const ChannelInts& rows, int column, float part,
+                                       Channels& sum) {
+  sum += __builtin_convertvector(rows << (24 - 8 * column) >> 24, Channels) * part;
 }
-
-bool isBlack(const std::uint8_t* pixel) { return (pixel[0] | pixel[1] | pixel[2]) == 0; }
 
 enum class Overlap { None, Partly, Whole };
 
@@ -183,14 +142,17 @@ struct TextureLight::Texture {
       offset = std::max(
           offset, light->in_dark.cwiseAbs().maxCoeff() / light->M_light_seen.cwiseAbs().maxCoeff());
     }
-    cells.resize(static_cast<std::size_t>(tiles * ((rows + kTile - 1) / kTile)) * kTile * kTile);
+    Cell unknown = packed(lightOf(from.mean()), offset);
+    unknown.scale = -unknown.scale;
+    const int tile_rows = (rows + kTile - 1) / kTile;
+    cells.assign(static_cast<std::size_t>(tiles * tile_rows) * kTile * kTile + 1, unknown);
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
-        cells[static_cast<std::size_t>(tiledIndex(column, row, tiles))] =
-            packed(lightOf(from.at(column, row)), offset);
+        const auto light = lightOf(from.at(column, row));
+        if (!light) continue;
+        cells[static_cast<std::size_t>(tiledIndex(column, row, tiles))] = packed(light, offset);
       }
     }
-    mean = packed(lightOf(from.mean()), offset);
     const auto values = from.color.valuesToSend(kLights);
     for (std::size_t i = 0; i < 3; ++i) std::copy_n(values[i].begin(), kLights, sent[i].begin());
   }
@@ -211,8 +173,7 @@ struct TextureLight::Texture {
   int columns, rows;
   int tiles;          ///< in a row
   double offset = 0;  ///< camera's light that a row's fourth number stands for
-  std::vector<Cell> cells;  ///< cells by tiledIndex()
-  Cell mean{};
+  std::vector<Cell> cells;  ///< cells by tiledIndex(); the last one: a place outside
   std::array<std::array<std::uint8_t, kLights>, 3> sent{};
 };
 
@@ -226,8 +187,12 @@ struct TextureLight::PlacedSurface {
   Eigen::AlignedBox2d box;
   double density = 0;  ///< density of light where depth and magnification are 1
   double white = 0, of_most = 0;
-  float strength = 0;  ///< a light's place in the table of values, by a row's sum
-  std::array<std::array<ColorLight, 256>, 3> colors{};  ///< parts of a color's light
+  std::array<std::array<float, 256>, 3> lights{};  ///< camera's light that values ask for
+
+  bool isSamePlace(const PlacedSurface& other) const {
+    return texture == other.texture && M_place_ray == other.M_place_ray &&
+           polygon == other.polygon && density == other.density;
+  }
 
   /// Returns true if it is known what to send for a color.
   bool isKnown() const { return texture != nullptr && white > 0; }
@@ -243,149 +208,226 @@ struct TextureLight::PlacedSurface {
   }
 };
 
-struct alignas(64) TextureLight::Count {
-  std::size_t lit = 0, clipped = 0, unknown = 0;
+struct TextureLight::Count {
+  int lit = 0, clipped = 0, unknown = 0;
 };
 
-/// Sends the pixels [begin, end) of one surface; `place` is the first one's U, V and W of
-/// PlacedSurface, `step` the way to the next. What is lit has few colors, side by side, and cells
-/// are larger than pixels: the same color on the same cell is looked up once.
-void TextureLight::sendPixels(const PlacedSurface& surface, float magnification,
-                              std::uint8_t* begin, std::uint8_t* end, const Eigen::Vector3f& place,
-                              const Eigen::Vector3f& step, Count& count) {
-  // All of it in registers: a pixel might be anything that lies in memory.
-  const Texture& texture = *surface.texture;
-  const Cell* const cells = texture.cells.data();
-  const auto columns = static_cast<float>(texture.columns), rows = static_cast<float>(texture.rows);
-  const int tiles = texture.tiles;
-  const float strength =
-      surface.strength * static_cast<float>(texture.density / surface.density) / magnification;
-  float u = place.x(), v = place.y(), w = place.z();
-  const float du = step.x(), dv = step.y(), dw = step.z();
-  const Cell* last_cell = nullptr;
-  ColorLight last_color = 0;
-  std::uint8_t red = 0, green = 0, blue = 0;
-  bool is_clipped = false;
-  std::size_t lit = 0, clipped = 0, unknown = 0;
-  for (std::uint8_t* pixel = begin; pixel < end; pixel += 3, u += du, v += dv, w += dw) {
-    if (isBlack(pixel)) continue;
-    ++lit;
-    const float depth = 1 / w, column = u * depth, row = v * depth;
-    const bool is_within = column >= 0 && row >= 0 && column < columns && row < rows;
-    const Cell* cell =
-        is_within ? cells + tiledIndex(static_cast<int>(column), static_cast<int>(row), tiles)
-                  : nullptr;
-    if (cell == nullptr || cell->scale <= 0) {
-      ++unknown;
-      cell = &texture.mean;
-    }
-    const ColorLight color =
-        surface.colors[0][pixel[0]] + surface.colors[1][pixel[1]] + surface.colors[2][pixel[2]];
-    if (cell != last_cell || color != last_color) {
-      const LightIndex index = lightIndex(*cell, color, strength * depth * depth * depth);
-      red = texture.sent[0][static_cast<std::size_t>(index.at[0])];
-      green = texture.sent[1][static_cast<std::size_t>(index.at[1])];
-      blue = texture.sent[2][static_cast<std::size_t>(index.at[2])];
-      is_clipped = index.is_clipped;
-      last_cell = cell;
-      last_color = color;
-    }
-    clipped += is_clipped ? 1 : 0;
-    pixel[0] = red;
-    pixel[1] = green;
-    pixel[2] = blue;
-  }
-  count.lit += lit;
-  count.clipped += clipped;
-  count.unknown += unknown;
-}
-
-/// A block of pixels, and the surfaces on its rays, the nearest first.
+/// A block of pixels, and the surfaces on its rays, the nearest first. Pixels of it are counted row
+/// by row, each of kBlock.
 struct TextureLight::Block {
   struct Candidate {
     const PlacedSurface* surface;
     bool is_whole;  ///< true if all of the block lies within its outline
     float nearness;
   };
+  struct Pixels {
+    std::array<std::uint8_t, kPixels> at;
+    int count = 0;
+    void add(int pixel) {
+      at[static_cast<std::size_t>(count++)] = static_cast<std::uint8_t>(pixel);
+    }
+  };
   int left = 0, top = 0, right = 0, bottom = 0;
+  std::ptrdiff_t stride = 0;            ///< bytes from row to row of an image
   std::array<Eigen::Vector2f, 4> rays;  ///< rays at left top, right top, left bottom, right bottom
   float magnification = 1;
   std::vector<Candidate> candidates;
-
-  bool isLit(const Image& image) const {
-    std::uint8_t any = 0;  // without a way out of the loop: eight or more bytes at a time
-    for (int y = top; y < bottom; ++y) {
-      const std::uint8_t* const row = pixelOf(image.rgb.data(), image.width, y);
-      for (int i = 0; i < 3 * (right - left); ++i) any |= row[i];
-    }
-    return any != 0;
-  }
+  std::array<std::int32_t, kPixels> cells;  ///< the pixels' indices in a texture's cells
+  std::array<float, kPixels> gains;  ///< light by the cell's, as places in the table of values
 
   /// The block's first pixel of a row.
   template <typename Byte>
-  Byte* pixelOf(Byte* image, int width, int y) const {
-    return image + 3 * (static_cast<std::ptrdiff_t>(y) * width + left);
+  Byte* row(Byte* image, int y) const {
+    return image + (top + y) * stride + 3 * left;
+  }
+  int rows() const { return bottom - top; }
+  std::size_t rowBytes() const { return 3 * static_cast<std::size_t>(right - left); }
+
+  bool isLit(const Image& image) const {
+    std::uint8_t any = 0;  // without a way out of the loop: eight or more bytes at a time
+    for (int y = 0; y < rows(); ++y) {
+      const std::uint8_t* const bytes = row(image.rgb.data(), y);
+      for (std::size_t i = 0; i < rowBytes(); ++i) any |= bytes[i];
+    }
+    return any != 0;
+  }
+  bool isSame(const Image& a, const Image& b) const {
+    for (int y = 0; y < rows(); ++y) {
+      if (std::memcmp(row(a.rgb.data(), y), row(b.rgb.data(), y), rowBytes()) != 0) return false;
+    }
+    return true;
+  }
+  void copy(const Image& from, Image& to) const {
+    for (int y = 0; y < rows(); ++y) {
+      std::memcpy(row(to.rgb.data(), y), row(from.rgb.data(), y), rowBytes());
+    }
   }
 
-  void send(Image& image, const Others& others, std::vector<Count>& counts) const {
-    for (int y = top; y < bottom; ++y) {
-      std::uint8_t* const begin = pixelOf(image.rgb.data(), image.width, y);
-      std::uint8_t* const end = begin + 3 * (right - left);
-      if (candidates.empty()) {
-        others(begin, end);
-      } else if (candidates.front().is_whole) {
-        sendRun(*candidates.front().surface, begin, end, y, others, counts);
-      } else {
-        sendMixed(begin, end, y, others, counts);
+  void send(Image& image, const Others& others, Count* counts) {
+    if (candidates.empty() || (candidates[0].is_whole && !candidates[0].surface->isKnown())) {
+      for (int y = 0; y < rows(); ++y) {
+        std::uint8_t* const begin = row(image.rgb.data(), y);
+        others(begin, begin + rowBytes());
       }
+      return;
     }
+    std::uint8_t* const first = row(image.rgb.data(), 0);
+    Pixels lit = litPixels(first);
+    for (const Candidate& candidate : candidates) {
+      const PlacedSurface& surface = *candidate.surface;
+      const Pixels own = candidate.is_whole ? std::exchange(lit, {}) : takeInside(surface, lit);
+      if (!surface.isKnown()) {
+        sendOthers(own, first, others);
+        continue;
+      }
+      findCells(surface);
+      sendPixels(surface, own, first, counts[surface.index]);
+    }
+    sendOthers(lit, first, others);
   }
 
  private:
-  /// Interpolates the rays' places at a row's left and right end.
-  std::pair<Eigen::Vector3f, Eigen::Vector3f> placesOf(const PlacedSurface& surface, int y) const {
-    const float down = (static_cast<float>(y - top) + 0.5F) / static_cast<float>(bottom - top);
-    const Eigen::Vector2f from = rays[0] + down * (rays[2] - rays[0]),
-                          to = rays[1] + down * (rays[3] - rays[1]);
-    return {surface.M_place_ray * from.homogeneous(), surface.M_place_ray * to.homogeneous()};
-  }
-
-  Eigen::Vector3f placeOf(const PlacedSurface& surface, int x, int y) const {
-    const auto [from, to] = placesOf(surface, y);
-    const float along = (static_cast<float>(x - left) + 0.5F) / static_cast<float>(right - left);
-    return from + along * (to - from);
-  }
-
-  /// All of a row's pixels lie on this surface.
-  void sendRun(const PlacedSurface& surface, std::uint8_t* begin, std::uint8_t* end, int y,
-               const Others& others, std::vector<Count>& counts) const {
-    if (!surface.isKnown()) return others(begin, end);
-    const auto [from, to] = placesOf(surface, y);
-    const Eigen::Vector3f step = (to - from) / static_cast<float>(right - left);
-    sendPixels(surface, magnification, begin, end, from + 0.5F * step, step, counts[surface.index]);
-  }
-
-  /// An outline runs through the block.
-  void sendMixed(std::uint8_t* begin, std::uint8_t* end, int y, const Others& others,
-                 std::vector<Count>& counts) const {
-    for (std::uint8_t* pixel = begin; pixel < end; pixel += 3) {
-      const int x = left + static_cast<int>(pixel - begin) / 3;
-      const auto owner =
-          std::find_if(candidates.begin(), candidates.end(), [&](const Candidate& candidate) {
-            const PlacedSurface& surface = *candidate.surface;
-            return candidate.is_whole ||
-                   isInside(surface.polygon, placeOf(surface, x, y).hnormalized().cast<double>());
-          });
-      if (owner != candidates.end() && owner->surface->isKnown()) {
-        const PlacedSurface& surface = *owner->surface;
-        sendPixels(surface, magnification, pixel, pixel + 3, placeOf(surface, x, y),
-                   Eigen::Vector3f::Zero(), counts[surface.index]);
-      } else {
-        others(pixel, pixel + 3);
+  /// Places of a row's pixels, U, V and W of PlacedSurface: the left end's, and from pixel to
+  /// pixel.
+  struct RowPlaces {
+    Eigen::Vector3f begin, step;
+    Eigen::Vector3f at(int x) const { return begin + (static_cast<float>(x) + 0.5F) * step; }
+  };
+  /// Interpolates between the corners.
+  class Places {
+   public:
+    Places(const PlacedSurface& surface, const Block& block)
+        : rows_(static_cast<float>(block.rows())),
+          columns_(static_cast<float>(block.right - block.left)) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        corners_[i] = surface.M_place_ray * block.rays[i].homogeneous();
       }
     }
+    RowPlaces row(int y) const {
+      const float down = (static_cast<float>(y) + 0.5F) / rows_;
+      const Eigen::Vector3f from = corners_[0] + down * (corners_[2] - corners_[0]),
+                            to = corners_[1] + down * (corners_[3] - corners_[1]);
+      return {from, (to - from) / columns_};
+    }
+
+   private:
+    float rows_, columns_;
+    std::array<Eigen::Vector3f, 4> corners_;
+  };
+
+  Pixels litPixels(const std::uint8_t* first) const {
+    Pixels lit;
+    for (int y = 0; y < rows(); ++y, first += stride) {
+      for (int x = 0; x < right - left; ++x) {
+        const std::uint8_t* const pixel = first + 3 * x;
+        lit.at[static_cast<std::size_t>(lit.count)] = static_cast<std::uint8_t>(kBlock * y + x);
+        lit.count += (pixel[0] | pixel[1] | pixel[2]) != 0 ? 1 : 0;
+      }
+    }
+    return lit;
   }
+
+  /// Takes those of the pixels that lie inside a surface's outline.
+  Pixels takeInside(const PlacedSurface& surface, Pixels& pixels) const {
+    const Places places(surface, *this);
+    Pixels inside, outside;
+    for (int i = 0; i < pixels.count; ++i) {
+      const int at = pixels.at[static_cast<std::size_t>(i)];
+      const Eigen::Vector3f place = places.row(at / kBlock).at(at % kBlock);
+      const bool is_inside = isInside(surface.polygon, place.hnormalized().cast<double>());
+      (is_inside ? inside : outside).add(at);
+    }
+    pixels = outside;
+    return inside;
+  }
+
+  void sendOthers(const Pixels& pixels, std::uint8_t* first, const Others& others) const {
+    for (int i = 0; i < pixels.count; ++i) {
+      const int at = pixels.at[static_cast<std::size_t>(i)];
+      std::uint8_t* const pixel = first + at / kBlock * stride + 3 * (at % kBlock);
+      others(pixel, pixel + 3);
+    }
+  }
+
+  void findCells(const PlacedSurface& surface);
+  void sendPixels(const PlacedSurface& surface, const Pixels& pixels, std::uint8_t* first,
+                  Count& count) const;
 };
+
+/// A loop without branches over arrays: it becomes vector code. Comparisons are written so that not
+/// a number is outside.
+AFTERGLOW_VECTOR_CLONES
+void TextureLight::Block::findCells(const PlacedSurface& surface) {
+  const Texture& texture = *surface.texture;
+  const auto columns = static_cast<float>(texture.columns),
+             lines = static_cast<float>(texture.rows);
+  const int tiles = texture.tiles, outside = static_cast<int>(texture.cells.size()) - 1;
+  const float gain =
+      static_cast<float>((kLights - 1) * texture.density / surface.density) / magnification;
+  const Places places(surface, *this);
+  for (int y = 0; y < rows(); ++y) {
+    const RowPlaces row = places.row(y);
+    const float u = row.begin.x(), v = row.begin.y(), w = row.begin.z();
+    const float du = row.step.x(), dv = row.step.y(), dw = row.step.z();
+    std::int32_t* const row_cells = &cells[static_cast<std::size_t>(kBlock * y)];
+    float* const row_gains = &gains[static_cast<std::size_t>(kBlock * y)];
+    for (int x = 0; x < kBlock; ++x) {
+      const float along = static_cast<float>(x) + 0.5F, depth = 1 / (w + along * dw);
+      const float column = (u + along * du) * depth, line = (v + along * dv) * depth;
+      const int is_within = (column >= 0) & (line >= 0) & (column < columns) & (line < lines);
+      const int index = tiledIndex(static_cast<int>(is_within ? column : 0),
+                                   static_cast<int>(is_within ? line : 0), tiles);
+      row_cells[x] = is_within ? index : outside;
+      row_gains[x] = gain * depth * depth * depth;
+    }
+  }
+}
+
+AFTERGLOW_VECTOR_CLONES
+void TextureLight::Block::sendPixels(const PlacedSurface& surface, const Pixels& pixels,
+                                     std::uint8_t* first, Count& count) const {
+  constexpr float kMost = kLights - 1, kOver = kTolerance * kMost;
+  constexpr Channels kNone = {}, kAll = {kMost, kMost, kMost, kMost};
+  // All of it in registers: a pixel might be anything that lies in memory.
+  const Texture& texture = *surface.texture;
+  const Cell* const all = texture.cells.data();
+  const auto offset = static_cast<float>(texture.offset);
+  const std::ptrdiff_t row_bytes = stride;
+  const std::size_t lit = static_cast<std::size_t>(pixels.count);
+  int clipped = 0, unknown = 0;
+  for (std::size_t i = 0; i < lit; ++i) __builtin_prefetch(all + cells[pixels.at[i]]);
+  for (std::size_t i = 0; i < lit; ++i) {
+    const unsigned at = pixels.at[i];
+    std::uint8_t* const pixel =
+        first + static_cast<int>(at / kBlock) * row_bytes + 3 * (at % kBlock);
+    const Cell& cell = all[cells[at]];
+    ChannelInts rows;
+    std::memcpy(&rows, &cell, sizeof(rows));
+    Channels light = {};
+    addColumn(rows, 0, surface.lights[0][pixel[0]], light);
+    addColumn(rows, 1, surface.lights[1][pixel[1]], light);
+    addColumn(rows, 2, surface.lights[2][pixel[2]], light);
+    addColumn(rows, 3, offset, light);
+    light *= std::abs(cell.scale) * gains[at];
+    Channels within = light < kNone ? kNone : light;
+    within = kAll < within ? kAll : within;
+    const Channels beyond = light - within;
+    const ChannelInts is_clipped = (beyond > kOver) | (beyond < -kOver);
+    // Both in one number: they are taken out of the vector one by one.
+    const ChannelInts found =
+        __builtin_convertvector(within + 0.5F, ChannelInts) | (is_clipped & kLights);
+    const auto r = static_cast<unsigned>(found[0]), g = static_cast<unsigned>(found[1]),
+               b = static_cast<unsigned>(found[2]);
+    pixel[0] = texture.sent[0][r % kLights];
+    pixel[1] = texture.sent[1][g % kLights];
+    pixel[2] = texture.sent[2][b % kLights];
+    clipped += static_cast<int>((r | g | b) / kLights);
+    unknown += cell.scale < 0 ? 1 : 0;
+  }
+  count.lit += pixels.count;
+  count.clipped += clipped;
+  count.unknown += unknown;
+}
 
 TextureLight::TextureLight(const calib::Lens& lens,
                            const std::vector<calib::SurfaceTexture>& textures, double brightness)
@@ -413,9 +455,9 @@ TextureLight::TextureLight(const calib::Lens& lens,
 
 TextureLight::~TextureLight() = default;
 
-void TextureLight::place(const std::vector<SurfacePatch>& surfaces,
+bool TextureLight::place(const std::vector<SurfacePatch>& surfaces,
                          const Rigid<Projector, World>& T_projector_world) {
-  placed_.clear();
+  std::vector<PlacedSurface> placed;
   for (const SurfacePatch& patch : surfaces) {
     PlacedSurface surface;
     for (std::size_t i = 0; i < textures_.size(); ++i) {
@@ -441,12 +483,17 @@ void TextureLight::place(const std::vector<SurfacePatch>& surfaces,
       surface.polygon.emplace_back((corner - origin) / cell);
       surface.box.extend(surface.polygon.back());
     }
-    if (surface.texture) {
-      surface.density = std::abs(height);
-      setWhite(surface);
-    }
-    placed_.push_back(std::move(surface));
+    if (surface.texture) surface.density = std::abs(height);
+    placed.push_back(std::move(surface));
   }
+  const auto isSame = [](const auto& a, const auto& b) { return a.isSamePlace(b); };
+  if (std::equal(placed.begin(), placed.end(), placed_.begin(), placed_.end(), isSame))
+    return false;
+  placed_ = std::move(placed);
+  for (PlacedSurface& surface : placed_) {
+    if (surface.texture) setWhite(surface);
+  }
+  return true;
 }
 
 /// By every second corner of the blocks.
@@ -476,23 +523,12 @@ void TextureLight::setWhite(PlacedSurface& surface) const {
   const auto middle = grays.begin() + static_cast<std::ptrdiff_t>(grays.size() / 2);
   std::nth_element(grays.begin(), middle, grays.end());
   surface.of_most = surface.white / *middle;
-  const double white = brightness_ * surface.white;
-  if (!(white > 0)) return;  // no light at all
-  // The larger one of white and the dark's offset is 1.
-  const double unit = std::max(white, texture.offset);
-  constexpr double kOne = 32767;
-  const auto lightOf = [&](std::size_t value, double share) {
-    const double light = share * calib::lightOfSrgb(static_cast<double>(value) / 255);
-    return static_cast<ColorLight>(std::lround(kOne * light));
-  };
-  const auto constant = static_cast<ColorLight>(std::lround(kOne * texture.offset / unit)) << 48;
   for (std::size_t value = 0; value < 256; ++value) {
-    const ColorLight light = lightOf(value, white / unit);
-    surface.colors[0][value] = light | constant;
-    surface.colors[1][value] = light << 16;
-    surface.colors[2][value] = light << 32;
+    const double light = calib::lightOfSrgb(static_cast<double>(value) / 255);
+    for (auto& lights : surface.lights) {
+      lights[value] = static_cast<float>(brightness_ * surface.white * light);
+    }
   }
-  surface.strength = static_cast<float>(unit / kOne * (kLights - 1));
 }
 
 void TextureLight::apply(Image& image, const std::vector<SurfacePatch>& surfaces,
@@ -500,19 +536,19 @@ void TextureLight::apply(Image& image, const std::vector<SurfacePatch>& surfaces
   if (image.width != lens_.width || image.height != lens_.height) {
     throw std::logic_error("an image of another size than the lens");
   }
-  place(surfaces, T_projector_world);
-  std::vector<std::vector<Count>> counts(static_cast<std::size_t>(workers_.count()),
-                                         std::vector<Count>(textures_.size()));
+  const bool has_moved = place(surfaces, T_projector_world);
+  keeping_ = has_moved                      ? Keeping::Nothing
+             : keeping_ == Keeping::Nothing ? Keeping::Begun
+                                            : Keeping::All;
+  if (keeping_ == Keeping::Begun) drawn_ = sent_ = image;
+  counts_.resize((rows_.size() - 1) * (columns_.size() - 1) * textures_.size());
   workers_.run([&](int worker) {
     Block block;
-    // Its own memory: two workers that count in one cache line wait for each other.
-    std::vector<Count> own(textures_.size());
-    const auto first = static_cast<std::size_t>(worker);
+    block.stride = 3 * static_cast<std::ptrdiff_t>(image.width);
     const auto step = static_cast<std::size_t>(workers_.count());
-    for (std::size_t row = first; row + 1 < rows_.size(); row += step) {
-      sendRow(image, row, block, others, own);
+    for (auto row = static_cast<std::size_t>(worker); row + 1 < rows_.size(); row += step) {
+      sendRow(image, row, block, others);
     }
-    counts[first] = own;
   });
   for (TextureReport& report : reports_) report = {report.surface};
   for (const PlacedSurface& surface : placed_) {
@@ -520,27 +556,35 @@ void TextureLight::apply(Image& image, const std::vector<SurfacePatch>& surfaces
     TextureReport& report = reports_[surface.index];
     report.white = surface.white;
     report.of_most = surface.of_most;
-    for (const auto& count : counts) {
-      report.lit += count[surface.index].lit;
-      report.clipped += count[surface.index].clipped;
-      report.unknown += count[surface.index].unknown;
+    for (std::size_t i = surface.index; i < counts_.size(); i += textures_.size()) {
+      report.lit += static_cast<std::size_t>(counts_[i].lit);
+      report.clipped += static_cast<std::size_t>(counts_[i].clipped);
+      report.unknown += static_cast<std::size_t>(counts_[i].unknown);
     }
   }
 }
 
-void TextureLight::sendRow(Image& image, std::size_t row, Block& block, const Others& others,
-                           std::vector<Count>& counts) const {
+void TextureLight::sendRow(Image& image, std::size_t row, Block& block, const Others& others) {
   block.top = rows_[row];
   block.bottom = rows_[row + 1];
   for (std::size_t column = 0; column + 1 < columns_.size(); ++column) {
     block.left = columns_[column];
     block.right = columns_[column + 1];
-    if (!block.isLit(image)) continue;
-    const std::size_t corner = row * columns_.size() + column, below = corner + columns_.size();
-    block.rays = {rays_[corner], rays_[corner + 1], rays_[below], rays_[below + 1]};
-    block.magnification = (magnifications_[corner] + magnifications_[below + 1]) / 2;
-    findSurfaces(block);
-    block.send(image, others, counts);
+    if (keeping_ == Keeping::All && block.isSame(image, drawn_)) {
+      block.copy(sent_, image);
+      continue;
+    }
+    if (keeping_ != Keeping::Nothing) block.copy(image, drawn_);
+    const std::size_t index = (row * (columns_.size() - 1) + column) * textures_.size();
+    std::fill_n(&counts_[index], textures_.size(), Count{});
+    if (block.isLit(image)) {
+      const std::size_t corner = row * columns_.size() + column, below = corner + columns_.size();
+      block.rays = {rays_[corner], rays_[corner + 1], rays_[below], rays_[below + 1]};
+      block.magnification = (magnifications_[corner] + magnifications_[below + 1]) / 2;
+      findSurfaces(block);
+      block.send(image, others, &counts_[index]);
+    }
+    if (keeping_ != Keeping::Nothing) block.copy(image, sent_);
   }
 }
 

@@ -49,6 +49,7 @@ class TextureLight {
 
   /// Changes the image in place; the one that was drawn for this pose, of the lens's size. Black
   /// stays black. From one thread at a time.
+  /// `others` is the same function each time.
   void apply(Image& image, const std::vector<SurfacePatch>& surfaces,
              const Rigid<Projector, World>& T_projector_world, const Others& others);
 
@@ -61,15 +62,12 @@ class TextureLight {
   struct Block;
   struct Count;
 
-  void place(const std::vector<SurfacePatch>& surfaces,
+  /// Returns true if something lies elsewhere than in the last image.
+  bool place(const std::vector<SurfacePatch>& surfaces,
              const Rigid<Projector, World>& T_projector_world);
   void setWhite(PlacedSurface& surface) const;
-  void sendRow(Image& image, std::size_t row, Block& block, const Others& others,
-               std::vector<Count>& counts) const;
+  void sendRow(Image& image, std::size_t row, Block& block, const Others& others);
   void findSurfaces(Block& block) const;
-  static void sendPixels(const PlacedSurface& surface, float magnification, std::uint8_t* begin,
-                         std::uint8_t* end, const Eigen::Vector3f& place,
-                         const Eigen::Vector3f& step, Count& count);
 
   calib::Lens lens_;
   double brightness_;
@@ -81,6 +79,10 @@ class TextureLight {
   std::vector<float> magnifications_;
   std::vector<PlacedSurface> placed_;
   std::vector<TextureReport> reports_;
+  std::vector<Count> counts_;  ///< counts by block and texture
+  /// While nothing moves, blocks are sent again where another picture was drawn.
+  enum class Keeping { Nothing, Begun, All } keeping_ = Keeping::Nothing;
+  Image drawn_, sent_;  ///< the last image, if it is kept
   Workers workers_;
 };
 

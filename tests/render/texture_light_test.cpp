@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <random>
 
 #include "render/light_output.hpp"
 #include "tests/support/optics.hpp"
@@ -153,6 +154,33 @@ TEST(TextureLight, isMirroredAfterwardsAndDimmed) {
   output.apply(image, {{"floor", {}, {}}}, kPose);
   EXPECT_NEAR(at(image, 53, 20)[0], valueOf(0.5), 1);
   EXPECT_NEAR(at(image, 13, 20)[0], valueOf(0.25), 1);
+}
+
+TEST(TextureLight, sendsAnImageAfterOthersAsIfItWereTheFirst) {
+  const calib::SurfaceTexture texture = halves();
+  LightOutput output = outputOf(texture);
+  Eigen::Isometry3d T = kPose.matrix();
+  Image drawn = even({0, 0, 0});
+  std::mt19937 random(1);
+  for (int i = 0; i < 40; ++i) {
+    if (i % 10 == 9) T.pretranslate(Eigen::Vector3d(0.013, 0.02, 0));
+    const std::vector<SurfacePatch> surfaces = {
+        {"floor", {}, {{-1, -1}, {0.1 * (i / 20), 1}, {-1, 1}}}};
+    for (int k = 0; k < 5; ++k) {
+      const std::size_t at = random() % (drawn.rgb.size() - 60);
+      std::fill_n(&drawn.rgb[at], 60, static_cast<std::uint8_t>(random() % 3 * 127));
+    }
+    const Rigid<Projector, World> pose(T);
+    Image image = drawn, first = drawn;
+    output.apply(image, surfaces, pose);
+    LightOutput other = outputOf(texture);
+    other.apply(first, surfaces, pose);
+    ASSERT_EQ(image.rgb, first.rgb) << i;
+    const TextureReport now = output.textureReports().at(0), once = other.textureReports().at(0);
+    EXPECT_EQ(now.lit, once.lit) << i;
+    EXPECT_EQ(now.clipped, once.clipped) << i;
+    EXPECT_EQ(now.unknown, once.unknown) << i;
+  }
 }
 
 TEST(TextureLight, refusesAnImageOfAnotherSize) {
