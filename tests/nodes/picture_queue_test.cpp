@@ -13,7 +13,7 @@
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::picture_queue_test {
 namespace {
 
 /// Requests wait behind a first one until they are released. They name no stored behavior, so that
@@ -81,4 +81,4 @@ TEST_F(Queue, drawsASmallPictureThoughLargeOnesAreRequestedAgainAndAgain) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::picture_queue_test
