@@ -222,8 +222,9 @@ void KittingTask::release(const Eigen::Isometry3d& T_map_section) {
   T_map_dropped.translation().head<2>() = robot_.T_map_link(kGripperLink).translation().head<2>();
   room_.putDown(kGrasped, T_map_dropped);
   callbacks_.on_room_changed();
-  callbacks_.on_moment("release");
   moveStraight(T_map_release, T_map_above, kPlaceTorso, 1.0);
+  // Now the hand hides no light.
+  callbacks_.on_moment("release");
 }
 
 }  // namespace afterglow::nodes

@@ -90,13 +90,13 @@ class RecorderWords {
         });
   }
 
-  /// "812 messages in all, 204.1 a second, 0 lost; ready", since the first that was heard; its
-  /// context counts, too.
+  /// "812 messages with their context, 204.1 a second, 0 lost; ready", since the first that was
+  /// heard.
   std::string text() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (newest_.values.empty()) return "";
     const bool is_well = newest_.level == diagnostic_msgs::DiagnosticStatus::OK;
-    return fmt::format("{} messages in all, {} a second, {} lost{}", since("messages"),
+    return fmt::format("{} messages with their context, {} a second, {} lost{}", since("messages"),
                        newest_.value("messages_per_s"), since("dropped"),
                        is_well || newest_.message.empty() ? "" : "; " + newest_.message);
   }

@@ -58,7 +58,7 @@ void visitRecordingFields(const Visit& visit, Requests&&... requests) {
   visit(Field{"topics", "names; they need not be announced yet", " \t\r\n,;"}, requests.topics...);
   visit(Field{"regexes", "and topics that one of these matches as a whole", " \t\r\n;"},
         requests.regexes...);
-  visit(Field{"all", "true: every topic but /clock, /rosout and /rosout_agg"}, requests.all...);
+  visit(Field{"all", "every topic but /clock, /rosout and /rosout_agg"}, requests.all...);
   visit(Field{"exclude", "of regexes and all, none that one of these matches", " \t\r\n;"},
         requests.exclude...);
   visit(Field{"limits", "\"/points max_hz=2; /scan every=5\"", ";"}, requests.limits...);
