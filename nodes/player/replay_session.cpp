@@ -250,7 +250,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     ended_ = player_->progress();
-    ended_.state = replay::PlayProgress::State::Idle;
+    ended_->state = replay::PlayProgress::State::Idle;
     player_.reset();
     // A goal that an emergency stop has ended may be heard of before the stop itself.
     if (!report.is_complete && stop_reason_ && *stop_reason_ != report.reason) {
@@ -371,12 +371,12 @@ void ReplaySession::setRate(double rate) {
 
 replay::PlayProgress ReplaySession::progress() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return player_ ? player_->progress() : ended_;
+  return player_ ? player_->progress() : ended_.value_or(replay::PlayProgress{});
 }
 
 bool ReplaySession::goesToStart() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return gate_ && request_.body.start == BodyOptions::Start::MoveThere;
+  return gate_ && !ended_ && request_.body.start == BodyOptions::Start::MoveThere;
 }
 
 std::string ReplaySession::waitsFor() const {

@@ -95,7 +95,7 @@ class ReplaySession {
   std::vector<replay::MotionPeak> peaks_;   ///< peaks by the limits as they are known
   std::unique_ptr<BodyGate> gate_;          ///< set while run() plays what moves the robot
   std::unique_ptr<replay::Player> player_;  ///< set while run() plays
-  replay::PlayProgress ended_;              ///< where it played until, once it has: idle
+  std::optional<replay::PlayProgress> ended_;  ///< where it played until, once it has: idle
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
   bool is_halted_ = false;  ///< nobody holds the button that lets it move
