@@ -48,8 +48,8 @@ class TextureLight {
   using Others = std::function<void(std::uint8_t* begin, std::uint8_t* end)>;
 
   /// Changes the image in place; the one that was drawn for this pose, of the lens's size. Black
-  /// stays black. From one thread at a time.
-  /// `others` is the same function each time.
+  /// stays black. From one thread at a time, with the same `others` each time, as what it sent is
+  /// kept while nothing moves.
   void apply(Image& image, const std::vector<SurfacePatch>& surfaces,
              const Rigid<Projector, World>& T_projector_world, const Others& others);
 
