@@ -15,7 +15,7 @@ void startLibrary() {
   static std::once_flag once;
   std::call_once(once, [] {
     // Its counters in shared memory outlive a process that is killed, and confuse the next of its
-    // number.
+    // number. A library that starts as it is loaded, as Debian's, is past that already.
     setenv("MONGOC_DISABLE_SHM", "1", 0);
     mongoc_init();
     // Errors are in the exceptions; the library is not to print them, too.
