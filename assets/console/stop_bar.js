@@ -45,6 +45,7 @@ export class StopBar {
     } catch (problem) {
       this.notice.warn(problem.message);
     }
+    this.show(this.robot.state, this.robot.isHeard);  // no event comes where nothing was to stop
   }
 
   show(state, isHeard) {

@@ -294,7 +294,10 @@ class Handler(BaseHTTPRequestHandler):
             told = ""
             while not self.server.closing.wait(0.1):
                 now = json.dumps(self.server.robot.step())
-                told = told if told and self.server.robot.is_late else now
+                if told == now or (told and self.server.robot.is_late):
+                    self.wfile.write(b":\n\n")  # that somebody still hears shows by writing
+                    continue
+                told = now
                 self.wfile.write(f"event: state\ndata: {told}\n\n".encode())
         except OSError:
             self.server.robot.left(session)
