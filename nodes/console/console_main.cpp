@@ -170,7 +170,9 @@ void serveBesideRobot(const ros::NodeHandle& own) {
   own.param("camera", robot.camera, robot.camera);
   ros::AsyncSpinner spinner(2);
   spinner.start();
-  Console(options, robot).serve();
+  Console console(options, robot);
+  boundWaitsForMaster();
+  console.serve();
 }
 
 void addConsole(CLI::App& app) {

@@ -142,11 +142,11 @@ std::optional<replay::Definition> FoxgloveLive::definitionOf(const std::string& 
   }
   if (known) {
     unknown_.erase(topic);
-  } else if (unknown_.count(topic) == 0) {
+  } else if (ros::Subscriber& subscriber = unknown_[topic]; !subscriber) {
     ros::SubscribeOptions options;
     options.initByFullCallbackType<const AnyMessage&>(
         topic, 1, [this](const AnyMessage& event) { learn(event); });
-    unknown_[topic] = node_.subscribe(options);
+    subscriber = node_.subscribe(options);
   }
   return known;
 }
@@ -189,7 +189,10 @@ void FoxgloveLiveSession::begin(const FoxgloveSubscription& subscription,
   };
   options.initByFullCallbackType<const AnyMessage&>(channel.topic, kRosQueue, take);
   options.transport_hints = ros::TransportHints().tcpNoDelay();
-  subscribers_[subscription.id] = live_->node().subscribe(options);
+  ros::Subscriber& subscriber = subscribers_[subscription.id];
+  subscriber = live_->node().subscribe(options);
+  if (!subscriber)
+    say(FoxgloveLevel::Error, "no ROS master answers: nothing comes of " + channel.topic);
 }
 
 /// In the one thread of the callbacks.

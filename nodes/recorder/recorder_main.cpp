@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
     const RecorderNodeOptions options = RecorderNodeOptions::read(own);
     RecorderNode node(options);
     const Registration registration;
+    boundWaitsForMaster();
     // Starting a behavior waits for connections; the others go on meanwhile.
     ros::AsyncSpinner spinner(4);
     spinner.start();

@@ -215,8 +215,7 @@ void RecordingManager::lookForTopics() {
       if (running.request.choice.isOpen()) open[id] = running.request;
     }
   }
-  listener_.renew(runningIds().empty() ? std::map<std::string, std::string>()
-                                       : askTopicTypes(deadlineIn(1.0)));
+  listener_.renew(askTopicTypes(deadlineIn(1.0)));
   for (const auto& [id, request] : open) {
     const std::vector<std::string> topics = topicsNow(request);
     const std::lock_guard<std::mutex> lock(mutex_);

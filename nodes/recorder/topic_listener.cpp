@@ -58,7 +58,8 @@ void TopicListener::renew(const std::map<std::string, std::string>& types) {
     const bool is_changed = !heard.empty() && announced != types.end() &&
                             announced->second != "*" && announced->second != heard &&
                             announced->second != subscription.renewed_for;
-    if (!is_left && !is_changed) {
+    const bool is_missing = !subscription.subscriber;  // no master answered
+    if (!is_missing && !is_left && !is_changed) {
       continue;
     }
     subscription.renewed_for = is_changed ? announced->second : "";

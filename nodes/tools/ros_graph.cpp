@@ -289,6 +289,8 @@ bool awaitMaster(int argc, char** argv, const std::string& node) {
   return false;
 }
 
+void boundWaitsForMaster() { ros::master::setRetryTimeout(ros::WallDuration(1)); }
+
 namespace {
 
 constexpr std::chrono::seconds kPeriod(1);

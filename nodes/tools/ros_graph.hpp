@@ -137,6 +137,11 @@ class Registration {
   replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
+/// Has roscpp give up after a second what it asks of a master that is gone, for which it waits for
+/// ever else, so that no stop could end the program. A subscription is empty then (`!subscriber`),
+/// and to be tried again. To be called once the node has begun.
+void boundWaitsForMaster();
+
 /// Returns the other publisher of /clock, by the master; empty: there is none. Throws
 /// std::runtime_error without a master.
 std::string clockPublisher();

@@ -387,7 +387,7 @@ TEST_F(RecorderNodeTest, leavesWhatItHadWhenItIsKilledAndMarksItNextTime) {
   EXPECT_EQ(test::readTexts(*store, behavior), Texts{"kept"});
 }
 
-/// The last: the other tests' connections do not know the new master.
+/// Before the last: the other tests' connections do not know the new master.
 TEST_F(RecorderNodeTest, zzGoesOnWithAMasterThatIsStartedAnew) {
   const ros::Publisher topic = advertise("/before_it_died");
   const std::int64_t id = start(request({"/before_it_died", "/after_it_died"})).behavior_id;
@@ -402,6 +402,27 @@ TEST_F(RecorderNodeTest, zzGoesOnWithAMasterThatIsStartedAnew) {
   const Texts kept = texts(id);
   EXPECT_EQ(std::set<std::string>(kept.begin(), kept.end()),
             (std::set<std::string>{"one", "two", "three"}));
+}
+
+/// The last: nobody finds anybody any more.
+TEST_F(RecorderNodeTest, zzzEndsThoughMasterAndPublisherAreGone) {
+  ros::param::set("/second/pre_roll_topics", Texts{"/before_it_ends"});
+  const auto second = world->startRecorder("second", world->folder.path("second.db"));
+  std::atomic<int> told{0};
+  const ros::Subscriber diagnostics = world->node->subscribe<diagnostic_msgs::DiagnosticArray>(
+      "/diagnostics", 10, [&](const auto& array) {
+        if (array->status.at(0).name.find("second") == 0) ++told;
+      });
+  ros::Publisher topic = advertise("/before_it_ends");
+  publish(topic, say("one"));
+  EXPECT_TRUE(eventually([&] { return told > 1; }));
+  world->graph.master.end();
+  topic.shutdown();
+  told = 0;
+  EXPECT_TRUE(eventually([&] { return told > 2; }));
+  second->signal(SIGTERM);
+  ASSERT_TRUE(eventually([&] { return second->hasEnded(); })) << second->log();
+  EXPECT_EQ(second->exitStatus(), 0) << second->log();
 }
 
 }  // namespace

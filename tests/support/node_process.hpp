@@ -33,6 +33,11 @@ class NodeProcess {
   void interrupt() const { signal(SIGINT); }
   void signal(int number) const { kill(pid_, number); }
   pid_t pid() const { return pid_; }
+  bool hasEnded() const {
+    siginfo_t told{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &told, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           told.si_pid != 0;
+  }
   /// Waits for the end; -1 if a signal ended it.
   int exitStatus() {
     int status = 0;
