@@ -215,7 +215,11 @@ class Client:
 
     @staticmethod
     def wait(future):
+        """rclpy gives up an answer after 0.1 s where server and client have not met yet."""
+        end = time.monotonic() + 30
         while not future.done():
+            if time.monotonic() > end:
+                raise TimeoutError('no answer within 30 s')
             time.sleep(0.005)
         return future.result()
 
