@@ -66,6 +66,31 @@ TEST(JointTrack, tellsWhereAJointWasWithoutWhatAnEarlierRecordingHadSeenLast) {
   EXPECT_EQ(track.at({500 * kMs}).at("lift"), 0.7);
   EXPECT_EQ(track.at({1900 * kMs}).at("lift"), 0.7);
   EXPECT_EQ(track.at({3990 * kMs}).at("lift"), -1);
+  EXPECT_EQ(track.at({2000 * kMs}).at("lift"), 0.7) << "the last, where both are as near";
+  track.add("lift", {4500 * kMs}, 0.2);
+  EXPECT_EQ(track.at({4500 * kMs}).at("lift"), 0.2) << "a moment has what is told at it";
+}
+
+TEST(JointTrack, knowsAJointWithinASecondOfWhatWasHeardOfIt) {
+  JointTrack track;
+  track.add("lift", {10 * kSecond}, 0.5);
+  track.add("lift", {20 * kSecond}, 0.6);
+  for (const std::int64_t ms : {9'000, 10'500, 11'000, 19'000, 19'500, 21'000}) {
+    EXPECT_TRUE(track.around("lift", {ms * kMs}, 0)) << ms;
+  }
+  for (const std::int64_t ms : {8'990, 11'010, 15'000, 18'990, 21'010}) {
+    EXPECT_FALSE(track.around("lift", {ms * kMs}, 0)) << ms;
+  }
+}
+
+TEST(JointTrack, tellsTheFastestOfAnIntervalAndOfNoneBefore) {
+  JointTrack track;
+  for (int ms = -1000; ms <= 2000; ms += 20) {
+    track.add("lift", {ms * kMs}, ms < 0 ? 0.001 * ms : ms > 1000 ? 0.0005 * (ms - 1000) : 0);
+  }
+  EXPECT_NEAR(track.fastest("lift", {-1000 * kMs}, {-500 * kMs}), 1, 1e-6);
+  EXPECT_EQ(track.fastest("lift", {0}, {700 * kMs}), 0) << "it stood";
+  EXPECT_NEAR(track.fastest("lift", {0}, {1500 * kMs}), 0.5, 1e-6);
 }
 
 TEST_F(ApproachOf, goesAShortWayStraight) {
@@ -101,6 +126,42 @@ TEST_F(ApproachOf, joinsTheRecordedWayWhereItIsNearest) {
   expectNear(way.rests[1].positions, {0, 0.5}, 0.05);
 }
 
+/// Of a slow way every look is a little nearer or farther, as encoders err.
+TEST_F(ApproachOf, isNotMisledByEncodersOnASlowWay) {
+  track = JointTrack();
+  for (int ms = -60'000; ms <= 0; ms += 20) {
+    track.add("elbow", {ms * kMs}, 1 + ms / 60'000.0 + noise(ms));
+    track.add("shoulder", {ms * kMs}, -noise(ms));
+  }
+  const JointWay way = approach().wayTo(kJoints, {0.03, 0.5}, {0, 1}, {0});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  expectNear(way.rests[1].positions, {0, 0.5}, 0.05);
+}
+
+/// Over a corner every 0.1 rad, the elbow first; the shoulder is a slow joint.
+TEST_F(ApproachOf, setsOffGentlyFromEveryRest) {
+  track = JointTrack();
+  for (int ms = -8000; ms <= 0; ms += 20) {
+    const double steps = (ms + 8000) / 1000.0, whole = std::floor(steps / 2);
+    track.add("elbow", {ms * kMs}, 0.1 * (whole + std::min(1.0, steps - 2 * whole)));
+    track.add("shoulder", {ms * kMs}, 0.1 * (whole + std::max(0.0, steps - 2 * whole - 1)));
+  }
+  rules.limits.joints["shoulder"].velocity = 0.15;
+  const JointWay way = approach().wayTo(kJoints, {0, 0}, {0.4, 0.4}, {0});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  ASSERT_GE(way.rests.size(), 8u);
+  double slowest = 0;
+  for (std::size_t i = 1; i < way.rests.size(); ++i) {
+    const double seconds = way.rests[i].at_s - way.rests[i - 1].at_s;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double rad = std::abs(way.rests[i].positions[k] - way.rests[i - 1].positions[k]);
+      EXPECT_LE(6 * rad / (seconds * seconds), (k == 0 ? 0.5 : 1) + 1e-6) << "rad/s^2";
+    }
+    slowest = std::max(slowest, seconds);
+  }
+  EXPECT_LT(slowest, 1.3) << "no slower than that takes";
+}
+
 TEST_F(ApproachOf, refusesAWayThatWasNotRecordedAndNamesEveryJointAndTheWayOut) {
   EXPECT_EQ(whyNot({0.5, 0.1}),
             "it would move elbow by 0.90 rad, shoulder by 0.50 rad on a way that nobody has "
@@ -110,6 +171,16 @@ TEST_F(ApproachOf, refusesAWayThatWasNotRecordedAndNamesEveryJointAndTheWayOut) 
   const JointWay way = wayFrom({0.5, 0.1});
   EXPECT_EQ(way.kind, Kind::Unchecked);
   EXPECT_EQ(way.rests.size(), 2u);
+}
+
+TEST_F(ApproachOf, namesFirstTheJointThatIsFarthestForOneOfItsKind) {
+  try {
+    approach().wayTo({"elbow", "torso_lift"}, {0, 0}, {0.9, 0.1}, {0});
+    ADD_FAILURE() << "nobody has recorded that";
+  } catch (const ApproachRefused& refusal) {
+    EXPECT_EQ(std::string(refusal.what()).find("it would move torso_lift by 0.10 m, elbow by"), 0u)
+        << refusal.what();
+  }
 }
 
 TEST_F(ApproachOf, goesStraightWhereSomebodyFindsEveryPoseOnTheWayFree) {
@@ -246,6 +317,13 @@ TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
   Value begun = decode(test::schemaOf(arm), start.begin(arm, bytes, {0}, lead));
   const Array& way = *trajectoryIn(begun)->points;
   ASSERT_GE(way.size(), 4u) << "where it is, the corner, where it was, the goal's own";
+  const JointWay recorded = wayFrom({0, 0});
+  for (std::size_t i = 1; i + 1 < recorded.rests.size(); ++i) {
+    EXPECT_NEAR(secondsOf(way[i]), recorded.rests[i].at_s, 0.05) << "at the same speed";
+  }
+  Value late = decode(test::schemaOf(arm), start.begin(arm, bytes, {0}, 2 * lead));
+  EXPECT_NEAR(secondsOf((*trajectoryIn(late)->points)[1]), 2 * secondsOf(way[1]), 1e-6)
+      << "slower, where there is more time";
   for (std::size_t i = 1; i < way.size(); ++i) {
     EXPECT_GT(timeFromStartNs(way[i]), timeFromStartNs(way[i - 1]));
   }
@@ -256,6 +334,7 @@ TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
   EXPECT_GE(need.seconds, lead);
   Value gone_on = decode(test::schemaOf(arm), start.goOn(arm, bytes, at_its_begin, need.seconds));
   const Array& rest = *trajectoryIn(gone_on)->points;
+  EXPECT_NEAR(secondsOf(rest[1]), secondsOf(way[1]), 0.1) << "by the same way";
   bool goes_round = false;
   for (std::size_t i = 1; i < rest.size(); ++i) {
     EXPECT_GT(timeFromStartNs(rest[i]), timeFromStartNs(rest[i - 1]));
@@ -267,6 +346,7 @@ TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
 
   live = {1.03, 0.98};
   EXPECT_EQ(start.leadOf(arm, bytes, {0}), 0.0) << "near enough: that is made good on the way";
+  EXPECT_FALSE(start.needToGoOn(arm, bytes, at_its_begin).value().is_elsewhere);
   live = {0.5, 0.1};
   EXPECT_THROW(start.leadOf(arm, bytes, {0}), ArmElsewhere) << "from there none was recorded";
 }

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::replay::arm_path_test {
 namespace {
@@ -179,6 +182,14 @@ TEST_P(Trajectories, arePassedAtTheSameTimesOnceTheArmIsAsFastAsThey) {
               1e-6)
         << t;
   }
+  for (const ArmKnot& own : path.knots()) {
+    if (own.at_s < 2.3 || !path.hasVelocities()) continue;
+    EXPECT_TRUE(anyOf(rest,
+                      [&](const ArmKnot& knot) {
+                        return own.positions == knot.positions && own.velocities == knot.velocities;
+                      }))
+        << "to the last bit, " << own.at_s;
+  }
 }
 
 TEST_P(Trajectories, areFollowedAtOnceByAnArmThatIsAsFastAsThey) {
@@ -205,6 +216,30 @@ TEST_P(Trajectories, areGotOntoGentlyByAnArmThatIsALittleOff) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Trajectories, testing::Values(0, 1, 2, 3));
 
+/// By Simpson's rule, over two steps of the ramp at a time.
+TEST(ArmDeparture, hasTheVelocitiesAndAccelerationsOfItsPositions) {
+  const Numbers still(kFrom.size()), offsets = {0.1, 0.3, -0.4};
+  const ArmPath path({{0, kFrom, still, still}, {kLength, kTo, still, still}},
+                     std::vector<bool>(kFrom.size()));
+  for (const auto& [pace, blend_s, ramp_s] :
+       {std::tuple(0.0, 0.8, 1.2), {0.4, 1.6, 0.4}, {1.3, 1.0, 1.0}, {0.7, 0.8, 2.0}}) {
+    const auto knots = depart(path, {1.2, offsets, blend_s, pace, ramp_s});
+    ASSERT_GT(knots.size(), 10u);
+    for (std::size_t k = 0; k + 3 < knots.size(); k += 2) {
+      const ArmKnot &a = knots[k], &b = knots[k + 1], &c = knots[k + 2];
+      const double third = (c.at_s - a.at_s) / 6;
+      for (std::size_t i = 0; i < kFrom.size(); ++i) {
+        EXPECT_NEAR(c.positions[i] - a.positions[i],
+                    third * (a.velocities[i] + 4 * b.velocities[i] + c.velocities[i]), 2e-5);
+        EXPECT_NEAR(c.velocities[i] - a.velocities[i],
+                    third * (a.accelerations[i] + 4 * b.accelerations[i] + c.accelerations[i]),
+                    2e-4)
+            << pace << " " << a.at_s;
+      }
+    }
+  }
+}
+
 TEST(ArmPath, findsThePlaceAlsoOfAnArmThatIsLate) {
   const ArmPath path(lines(), {false, false, false});
   const Numbers tolerances(3, 0.05);
@@ -212,6 +247,29 @@ TEST(ArmPath, findsThePlaceAlsoOfAnArmThatIsLate) {
   EXPECT_NEAR(path.find(path.at(1).positions, tolerances, 3.5).value(), 1, 0.011);
   EXPECT_FALSE(path.find(path.at(4).positions, tolerances, 1)) << "it has not been there yet";
   EXPECT_FALSE(path.find({0.5, 1, 1}, tolerances, 1));
+}
+
+TEST(ArmPath, standsBeforeItsBeginAndAfterItsEndAndEndsAsFastAsItWas) {
+  const ArmPath path({{1, {0.5}, {0.2}, {}}, {2, {1}, {0.4}, {}}}, {false});
+  for (const double seconds : {0.5, 2.5}) {
+    EXPECT_EQ(path.at(seconds).positions, Numbers{seconds < 1 ? 0.5 : 1.0});
+    EXPECT_EQ(path.at(seconds).velocities, Numbers{0});
+  }
+  EXPECT_NEAR(path.at(2).velocities[0], 0.4, 1e-9) << "its last moment";
+}
+
+/// A joint that turns by a radian a second, beside one that stands.
+TEST(ArmPath, isSearchedTenSecondsBackAndHalfASecondAhead) {
+  const ArmPath path({{0, {0, 0}, {}, {}}, {30, {30, 0}, {}, {}}}, {false, false});
+  const Numbers tolerances(2, 0.05);
+  const auto find = [&](double around_s) { return path.find({15, 0.045}, tolerances, around_s); };
+  EXPECT_NEAR(find(24.9).value(), 15, 0.051) << "a joint may be off by almost its tolerance";
+  EXPECT_FALSE(find(25.1));
+  EXPECT_NEAR(find(14.6).value(), 15, 0.051);
+  EXPECT_FALSE(find(14.4));
+  EXPECT_NEAR(path.find({30, 0}, tolerances, 38).value(), 30, 0.051) << "no later than its end";
+  const ArmPath point({{0, {1}, {}, {}}}, {false});
+  EXPECT_EQ(point.find({1}, {0.05}, 0), 0.0);
 }
 
 TEST(ArmPath, takesTheMomentThatIsMeantOfAStand) {
@@ -233,7 +291,9 @@ TEST(ArmPath, settlesOnAnEndThatIsReached) {
   ASSERT_EQ(rest.size(), 2u);
   EXPECT_NEAR(rest[0].positions[0], kTo[0] + 0.01, 1e-9);
   EXPECT_EQ(rest[1].positions, kTo);
-  EXPECT_GE(rest[1].at_s, 0.9);
+  EXPECT_NEAR(rest[1].at_s, 0.9, 1e-9) << "as long as the offset takes";
+  EXPECT_LT(depart(path, {kLength, {0.01, 0, 0}, 0.1, 0, 1.5})[1].at_s, 0.9);
+  EXPECT_NEAR(depart(path, {kLength + 1, {}, 0, 0, 0})[1].at_s, 0.2, 1e-9) << "at the least";
 }
 
 }  // namespace

@@ -124,6 +124,19 @@ TEST_F(ArmStartOf, makesGoodWhatIsOffAlongTheWayAtTheApproachsSpeed) {
   EXPECT_NEAR(points[2].positions[0], 0.2, 1e-9);
 }
 
+TEST_F(ArmStartOf, makesGoodWhatIsOffAtTheVelocitiesThatThisTakes) {
+  live["elbow"].position = 0.04;
+  const Bytes goal =
+      goalOf({"elbow", "wrist"},
+             {{0, {0, 0}, {1, -1}}, {0.15, {0.15, -0.15}, {1, -1}}, {1, {1, -1}, {1, -1}}});
+  const auto points = pointsOf(start().begin(kArm, goal, {0}, 0));
+  ASSERT_EQ(points.size(), 3u) << "it is there, and begins in motion";
+  // A smooth step from 1 to 0, of which three quarters of 0.2 s are over.
+  EXPECT_NEAR(points[1].positions[0], 0.15 + 0.04 * (1 - 0.5625 * 1.5), 1e-9);
+  EXPECT_NEAR(points[1].velocities[0], 1 - 0.04 * 6 * 0.75 * 0.25 / 0.2, 1e-9);
+  EXPECT_NEAR(points[1].velocities[1], -1, 1e-9);
+}
+
 TEST_F(ArmStartOf, refusesAJointThatIsElsewhereAndSaysWhatHelps) {
   live["elbow"].position = 0.8;
   EXPECT_EQ(whyNot(both, 0),
@@ -205,6 +218,86 @@ TEST_F(ArmStartOf, setsOffFromRestWhereItIsOnThePath) {
     EXPECT_LT(points[i].velocities[0], 1.5);
   }
   EXPECT_NEAR(points.back().positions[0], 1, 1e-9);
+}
+
+/// The elbow's path is 1 rad in 4 s: 0.375 rad/s at its fastest.
+struct SlowPath : ArmStartOf {
+  Bytes slow = goalOf({"elbow"}, {{0, {0}, {0}}, {4, {1}, {0}}});
+  static double pathAt(double s) { return s * s / 16 * (3 - s / 2); }
+  static double velocityAt(double s) { return 6 * s / 16 * (1 - s / 4); }
+
+  SlowPath() {
+    track = JointTrack();
+    for (int ms = -1000; ms <= 5000; ms += 20) {
+      track.add("elbow", {ms * kMs}, pathAt(std::clamp(ms / 1000.0, 0.0, 4.0)));
+    }
+  }
+  double need(double elapsed_s, const LiveJoint& elbow) {
+    live = {{"elbow", elbow}};
+    return start().needToGoOn(kArm, slow, goneOn(elapsed_s)).value().seconds;
+  }
+};
+
+TEST_F(SlowPath, isSetOffOnByItsSpeedAndTheJointsLimit) {
+  EXPECT_NEAR(need(2, {0.5, 0}), 0.375 * 1.5 / 2, 1e-3) << "half of the ramp is lost";
+  options.limits.joints["elbow"].acceleration = 0.5;
+  EXPECT_NEAR(need(2, {0.5, 0}), 0.375 * 1.5 / 0.5 / 2, 1e-3);
+  EXPECT_NEAR(need(2, {0.5, 0.375 / 2}), 0.375 / 2 * 1.5 / 0.5 / 4, 1e-3)
+      << "half as fast as the path, it loses a quarter of half the ramp";
+}
+
+TEST_F(SlowPath, isGotOntoFromBesideItWithoutHurry) {
+  options.tolerances.turning = 0.05;
+  slow = goalOf({"elbow", "wrist"}, {{0, {0, 0}, {0, 0}}, {4, {1, 0}, {0, 0}}});
+  for (int ms = -1000; ms <= 5000; ms += 20) track.add("wrist", {ms * kMs}, 0);
+  live = {{"elbow", {0.5, 0}}, {"wrist", {0.04, 0}}};
+  // 0.04 rad with a peak of 0.1 rad/s, which is 60 % of the ramp.
+  EXPECT_NEAR(start().needToGoOn(kArm, slow, goneOn(2)).value().seconds,
+              1.875 * 0.04 / 0.1 / 0.6 / 2, 1e-2);
+}
+
+TEST_F(SlowPath, catchesUpWithJointsThatAreAheadAndEndsWhenItDid) {
+  const double ahead = 2.3;
+  for (const double pace : {0.0, 0.5}) {
+    const LiveJoint elbow{pathAt(ahead), pace * velocityAt(ahead)};
+    EXPECT_NEAR(need(2, elbow), 0, 0.01);
+    EXPECT_NEAR(pointsOf(start().goOn(kArm, slow, goneOn(2), 0)).back().time, 2, 0.01) << pace;
+  }
+}
+
+TEST_F(ArmStartOf, setsOffAsFastAsThePathIsSoon) {
+  const Bytes goal = goalOf({"elbow", "wrist"}, {{0, {0, 0}}, {1, {0, 0}}, {2, {0.5, 0}}});
+  EXPECT_NEAR(start().needToGoOn(kArm, goal, {{-1000 * kMs}, {-500 * kMs}, 0.5}).value().seconds,
+              0.5 * 1.5 / 2, 1e-6);
+}
+
+TEST_F(ArmStartOf, goesOnWithTheEffortsThatWereMeantForEachPart) {
+  const Schema schema = test::schemaOf(kArm);
+  Value goal = decode(schema, goalOf({"elbow"}, {{0, {0}}, {1, {1}}, {2, {1}}, {3, {1}}}));
+  Array& recorded = std::get<Array>(test::at(goal, "goal.trajectory.points"));
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    valueAt(recorded[i], "effort") = numberArray({static_cast<double>(i)});
+  }
+  live = {{"elbow", {1, 0}}};
+  Value rest = decode(schema, start().goOn(kArm, encode(schema, goal), goneOn(1.2), 0));
+  const Array& points = *trajectoryIn(rest)->points;
+  for (const Value& point : points) {
+    const double path_s = 1.2 + secondsOf(point) - 0.1;  // it sets off within 0.2 s
+    EXPECT_EQ(numbersAt(point, "effort"), Numbers{path_s < 2.01 ? 2.0 : 3.0}) << path_s;
+  }
+  EXPECT_NEAR(secondsOf(points.back()), 1.9, 1e-3);
+}
+
+TEST_F(ArmStartOf, movesAHeadAsFastAsItWasWithinTheGoalAndItsLimit) {
+  for (int ms = -2000; ms <= 4000; ms += 20) {
+    track.add("head_pan", {ms * kMs}, ms < 0 ? 2e-3 * ms : ms > 1000 ? 0.9e-3 * (ms - 1000) : 0);
+  }
+  EXPECT_NEAR(start().headVelocity({0}, {0}), 0.9 / 1.875, 1e-3) << "within 3 s";
+  EXPECT_NEAR(start().headVelocity({-4000 * kMs}, {500 * kMs}), 2 / 1.875, 1e-3);
+  options.limits.joints["head_pan"].velocity = 0.5;
+  EXPECT_NEAR(start().headVelocity({0}, {0}), 0.5 / 1.875, 1e-9);
+  EXPECT_NEAR(start().headVelocity({8000 * kMs}, {8000 * kMs}), 0.3 / 1.875, 1e-9)
+      << "as an approach, where nothing is known";
 }
 
 TEST_F(ArmStartOf, goesOnWithoutAFirstPointWhereTheControllersJoin) {
@@ -329,6 +422,12 @@ TEST_F(ArmStartOf, letsAnUnrecordedJointGoToALaterPointNoFasterThanTheGoalItself
   EXPECT_NE(whyNot(goal, 0), "") << "0.6 rad in a second, and the goal has 0.5 rad/s";
   options.elsewhere = Elsewhere::Approach;
   EXPECT_NEAR(start().leadOf(kArm, goal, {0}).value(), 1.5 * 0.6 / 0.3, 1e-9);
+  options.elsewhere = Elsewhere::Refuse;
+  const Bytes later = goalOf({"elbow"}, {{2, {0.1}}, {2.5, {0.5}}});
+  live["elbow"].position = -1.4;
+  EXPECT_EQ(whyNot(later, 0), "") << "0.75 rad/s, where the goal has 0.8";
+  live["elbow"].position = -1.6;
+  EXPECT_NE(whyNot(later, 0), "") << "0.85 rad/s";
 }
 
 TEST_F(ArmStartOf, holdsASinglePointOfAnUnrecordedJointToItsLimit) {
@@ -397,6 +496,8 @@ TEST_F(ArmStartOf, knowsAJointByTheSamplesAroundAMoment) {
   EXPECT_NEAR(reach->at, 0.505, 1e-9);
   EXPECT_NEAR(reach->least, 0.42, 1e-9);
   EXPECT_NEAR(reach->most, 0.6, 1e-9);
+  EXPECT_NEAR(track.around("elbow", {500 * kMs}, 100 * kMs)->least, 0.4, 1e-9) << "to both ends";
+  EXPECT_NEAR(track.around("elbow", {500 * kMs}, 100 * kMs)->most, 0.6, 1e-9);
   EXPECT_FALSE(track.around("elbow", {3500 * kMs}, 100 * kMs)) << "not heard of for 1.5 s";
   EXPECT_FALSE(track.around("knee", {0}, 100 * kMs));
 }

@@ -52,10 +52,11 @@ struct Playing {
   double fastest = 0;       ///< m/s
 
   explicit Playing(const RecordedDrive& drive, const PlanarPose& start_error = {},
-                   const DriveFaults& faults = {}, const TrackerOptions& options = {})
+                   const DriveFaults& faults = {}, const TrackerOptions& options = {},
+                   const LocalizationFaults& localization = kExact)
       : recorded(drive),
         robot(compose(drive.start, start_error), {5, -3, 2}, faults, 3),
-        seen(kExact, 4),
+        seen(localization, 4),
         base("/cmd_vel", kTwist, drive.track, drive.track.begin(), drive.track.end(), options,
              [this](Stamp) { return look(); }) {
     enter(drive.track.begin());
@@ -168,6 +169,40 @@ TEST(BaseDrive, failsWhereItEndsFartherFromWhereItHadStoodThanItIsKnown) {
   }
 }
 
+TEST(BaseDrive, isWhereItShouldBeAsFarAsANoisyLocalizationCanTell) {
+  Commands commands;
+  stand(commands, 1.5);
+  drive(commands, 1, 0);
+  stand(commands, 4);
+  const RecordedDrive recorded = record(commands, {}, k3Cm, 1);
+  const BaseDriveReport report = [&] {
+    Playing playing(recorded, {}, {}, {}, k3Cm);
+    playing.run();
+    EXPECT_EQ(playing.base.failure(), "");
+    return playing.base.report();
+  }();
+  ASSERT_EQ(report.drives.size(), 1u);
+  EXPECT_GT(report.drives[0].base.end_doubt.position, 0.01);
+}
+
+/// A base goes on before a timeline that is late by a little, and no farther, in recorded time.
+TEST(BaseDrive, goesNoFartherThanAFewHundredthsOfASecondBeforeTheTimeline) {
+  const RecordedDrive recorded = exactly(threeDrives());
+  for (const double rate : {0.5, 2.0}) {
+    Playing playing(recorded);
+    playing.rate = rate;
+    playing.runUntil({recorded.track.begin().ns + 2'500'000'000});
+    playing.held_at.reset();
+    for (int i = 0; i < 50; ++i, playing.now += kPlayerStep) {
+      playing.command = playing.base.step(playing.at, false, rate, stampAt(playing.now))
+                            .command.value_or(PlanarVelocity());
+      playing.robot.command(playing.now, playing.command);
+      for (int k = 0; k < 2; ++k) playing.robot.step(playing.now + k * kStep);
+    }
+    EXPECT_NEAR(secondsBetween(playing.at, *playing.base.progress()), 0.06 * rate, 1e-3) << rate;
+  }
+}
+
 TEST(BaseDrive, tellsHowLongItsDrivesTake) {
   const RecordedDrive recorded = exactly(threeDrives());
   const Playing playing(recorded);
@@ -221,7 +256,9 @@ TEST(BaseDrive, drivesAtOtherRatesAndAfterAPause) {
   EXPECT_EQ(playing.robot.velocity().forward, 0);
   EXPECT_GT(std::exchange(playing.fastest, 0), 0.3);
   playing.rate = 0.5;
+  playing.largest_lead = 0;
   playing.run();
+  EXPECT_LT(playing.largest_lead, 0.05) << "half as much as at rate 1";
   EXPECT_LT(playing.fastest, 0.3);  // 0.5 when it was recorded
   EXPECT_EQ(playing.base.failure(), "");
   EXPECT_LT(playing.endError(), 0.01);

@@ -25,7 +25,7 @@ struct Base {
   double now = 100, clock = 5000;  ///< s; its own clock is another one
   PlanarPose pose;
   PlanarVelocity velocity, pushed;
-  double latency = 0.1;
+  double latency = 0.1, deceleration = 0.75;
   std::deque<PlanarVelocity> coming;
 
   /// The first complaint while it is told so; empty: none.
@@ -39,9 +39,12 @@ struct Base {
         wanted = coming.front();
         coming.pop_front();
       }
-      velocity.forward = approach(velocity.forward, wanted.forward, 0.75 * kStep);
+      const bool brakes = std::abs(wanted.forward) < std::abs(velocity.forward);
+      velocity.forward =
+          approach(velocity.forward, wanted.forward, (brakes ? deceleration : 0.75) * kStep);
       velocity.turn = approach(velocity.turn, wanted.turn, 3 * kStep);
-      pose = advance(pose, {velocity.forward + pushed.forward, velocity.turn + pushed.turn},
+      pose = advance(pose,
+                     {velocity.forward + pushed.forward, velocity.turn + pushed.turn, pushed.left},
                      kStep);
       now += kStep;
       clock += kStep;
@@ -98,6 +101,54 @@ TEST(BaseObedience, noticesWhoDrivesOrTurnsItAnotherWay) {
   ASSERT_EQ(base.drive({0.5, 0}, 3), "");
   base.pushed.turn = 0.5;
   EXPECT_NE(base.drive({0.5, 0}, 1.5), "");
+}
+
+TEST(BaseObedience, believesABaseThatBrakesGently) {
+  Base base;
+  base.deceleration = 0.4;
+  EXPECT_EQ(base.drive({1, 0}, 3), "");
+  EXPECT_EQ(base.drive({0, 0}, 4), "");
+}
+
+TEST(BaseObedience, noticesWhatIsFasterThanItsTolerancesAlone) {
+  const auto pushed = [](const PlanarVelocity& command, const PlanarVelocity& push) {
+    Base base;
+    EXPECT_EQ(base.drive(command, 3), "");
+    base.pushed = push;
+    return !base.drive(command, 2).empty();
+  };
+  EXPECT_FALSE(pushed({0, 0}, {0.12, 0}));
+  EXPECT_TRUE(pushed({0, 0}, {0.2, 0}));
+  EXPECT_FALSE(pushed({0, 0}, {0, 0.25}));
+  EXPECT_TRUE(pushed({0, 0}, {0, 0.35}));
+  EXPECT_FALSE(pushed({0, 0}, {0, 0, 0.12}));
+  EXPECT_TRUE(pushed({0, 0}, {0, 0, -0.2})) << "to the right";
+  EXPECT_FALSE(pushed({1, 3}, {0.25, 0})) << "0.15 m/s and 15 % of what it is told, on a bend";
+  EXPECT_TRUE(pushed({1, 3}, {0.35, 0}));
+}
+
+TEST(BaseObedience, bearsABaseThatIsToldNothingMoreForAWhile) {
+  Base base;
+  ASSERT_EQ(base.drive({1, 0}, 3), "");
+  const auto roll = [&](double seconds) {
+    std::string complaint;
+    for (double t = 0; t < seconds && complaint.empty(); t += kStep) {
+      base.pose = advance(base.pose, {1, 0}, kStep);
+      base.now += kStep, base.clock += kStep;
+      complaint = base.watch.moved(at(base.now), at(base.clock), base.pose);
+    }
+    return complaint;
+  };
+  EXPECT_EQ(roll(2.2), "") << "1.5 s, and what it takes to stop";
+  EXPECT_NE(roll(1), "");
+}
+
+TEST(BaseObedience, letsABaseStandForAWhileFromTheTimeItShouldMove) {
+  Base base;
+  EXPECT_EQ(base.drive({0, 0}, 1), "");
+  base.latency = 100;
+  EXPECT_EQ(base.drive({0.5, 0}, 2.9), "") << "half a second until it moves, and 2.5 s";
+  EXPECT_NE(base.drive({0.5, 0}, 0.3), "");
 }
 
 TEST(BaseObedience, noticesABaseThatDoesNotMove) {

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "replay/motion/base/base_tracker.hpp"
 #include "tests/support/simulated_replay.hpp"
@@ -97,9 +99,177 @@ TEST(BaseTracker, drivesAtHalfAndTwiceTheRate) {
     Replay replay(recorded, options, {}, {1.01, 0.99, 0.02, 0.08});
     while (replay.tracker.state() == BaseState::Following) replay.step();
     EXPECT_NEAR(replay.now(), length / rate, 0.25 * length / rate) << rate;
+    EXPECT_NEAR(replay.tracker.report().delay, replay.now() - length / rate, 0.1) << rate;
     replay.run();
     EXPECT_LT(replay.endError(), 0.012) << rate;
   }
+}
+
+TEST(BaseTracker, takesASlowRateForNoStandstill) {
+  Commands commands;
+  drive(commands, 2, 0);
+  const RecordedDrive recorded = exactDrive(commands);
+  TrackerOptions options;
+  options.rate = 0.2;
+  options.patience = 1;
+  Replay replay(recorded, options);
+  replay.runUntil(8);
+  EXPECT_EQ(replay.tracker.state(), BaseState::Following) << replay.tracker.reason();
+  EXPECT_TRUE(replay.tracker.isOnTime());
+}
+
+// --------------------------------------------------------------------------------------- the law
+
+/// A track of 10 s at a steady velocity, and a base that obeys at once, whatever it is told; it
+/// stands, off the track's begin by an error as the track's header has it: ahead, to the left, and
+/// turned.
+struct Led {
+  PoseTrack track;
+  BaseTracker tracker;
+  BaseInput input;
+  PlanarVelocity command;
+
+  static PoseTrack steady(const PlanarVelocity& velocity) {
+    std::vector<PoseTrack::Sample> samples;
+    for (int i = 0; i <= 500; ++i) {
+      samples.push_back({stampAt(0.02 * i), advance({2, 1, 0.3}, velocity, 0.02 * i)});
+    }
+    return {samples, "map", true};
+  }
+  static TrackerOptions obedient(bool is_holonomic, double rate) {
+    TrackerOptions options;
+    options.is_holonomic = is_holonomic;
+    options.rate = rate;
+    options.speed = options.turn_speed = 1e3;
+    options.acceleration = options.turn_acceleration = 1e6;
+    options.noise.position = options.noise.yaw = 1;  // at rest it is left alone
+    return options;
+  }
+  Led(const PlanarVelocity& velocity, const PlanarPose& error, TrackerOptions options)
+      : track(steady(velocity)), tracker(track, options) {
+    const PlanarPose T_base_track{error.x, error.y, error.yaw};
+    input.T_map_odom = {stampAt(0), compose(track.startPose(), inverse(T_base_track))};
+    step(0);
+    step(0.02);
+  }
+  void step(double now) {
+    input.now = stampAt(now);
+    input.T_odom_base = {input.now, {}};
+    command = tracker.update(input);
+  }
+  /// Recorded seconds a second, after what it saw.
+  double pace() {
+    const Stamp before = tracker.progress();
+    step(0.04);
+    return secondsBetween(before, tracker.progress()) / 0.02;
+  }
+};
+
+TEST(BaseTracker, isLedByTheLawOfItsHeader) {
+  for (const PlanarVelocity& velocity :
+       {PlanarVelocity{0.5, 0.3}, {-0.5, 0.4}, {0.4, 0}, {0, 0.8}, {0, -0.3}}) {
+    for (const PlanarPose& error :
+         {PlanarPose{0, 0, 0}, {0.008, 0.02, -0.05}, {-0.008, -0.03, 0.07}, {0, 0.05, 0.1}}) {
+      const TrackerOptions options = Led::obedient(false, 1);
+      const Led led(velocity, error, options);
+      const double turn = velocity.turn, ahead = velocity.forward;
+      const double gain = 2 * options.damping *
+                          std::max(0.6, std::sqrt(turn * turn + options.stiffness * ahead * ahead));
+      const double sinc = error.yaw == 0 ? 1 : std::sin(error.yaw) / error.yaw;
+      EXPECT_NEAR(led.command.forward, ahead * std::cos(error.yaw) + gain * error.x, 1e-3)
+          << ahead << " " << turn << " " << error.x;
+      EXPECT_NEAR(led.command.turn,
+                  turn + options.stiffness * ahead * sinc * error.y + gain * error.yaw, 1e-3)
+          << ahead << " " << turn << " " << error.x;
+    }
+  }
+}
+
+TEST(BaseTracker, isLedInXAndYAndYawIndependentlyWhereItIsHolonomic) {
+  for (const PlanarVelocity& velocity : {PlanarVelocity{0.3, 0.2, 0.4}, {-0.2, 0, 0.4}}) {
+    for (const PlanarPose& error :
+         {PlanarPose{0, 0, 0}, {0.006, -0.004, 0.1}, {-0.02, -0.01, -0.08}}) {
+      const Led led(velocity, error, Led::obedient(true, 1));
+      const double c = std::cos(error.yaw), s = std::sin(error.yaw);
+      EXPECT_NEAR(led.command.forward, c * velocity.forward - s * velocity.left + 2 * error.x,
+                  2e-3);
+      EXPECT_NEAR(led.command.left, s * velocity.forward + c * velocity.left + 2 * error.y, 2e-3);
+      EXPECT_NEAR(led.command.turn, velocity.turn + 2 * error.yaw, 1e-3);
+    }
+  }
+}
+
+TEST(BaseTracker, waitsWhereItIsAheadAndDoesNotGoTheOtherWay) {
+  EXPECT_EQ(Led({0.5, 0}, {-0.3, 0.02, 0}, Led::obedient(false, 1)).command.forward, 0);
+  EXPECT_EQ(Led({-0.5, 0}, {0.3, 0.02, 0}, Led::obedient(false, 1)).command.forward, 0);
+  const Led slanting({0.3, 0, 0.4}, {-0.18, -0.24, 0}, Led::obedient(true, 1));
+  EXPECT_NEAR(slanting.command.speed(), 0, 1e-9);
+  const Led aside({0.5, 0, 0}, {-0.3, 0.03, 0}, Led::obedient(true, 1));
+  EXPECT_NEAR(aside.command.forward, 0, 1e-9);
+  EXPECT_NEAR(aside.command.left, 0.06, 2e-3) << "but comes back from beside it";
+}
+
+TEST(BaseTracker, catchesUpNoFasterThanItsHeaderSays) {
+  TrackerOptions eager = Led::obedient(false, 1);
+  eager.stiffness = 100;
+  EXPECT_NEAR(Led({0.5, 0}, {0.03, 0, 0}, eager).command.forward, 1.05 * 0.5, 1e-3)
+      << "5 % more than the fastest of the drive";
+  EXPECT_NEAR(Led({0.5, 0}, {0.095, 0, 0}, eager).command.forward, 1.05 * 0.25 + 0.1, 1e-3)
+      << "5 % and 0.1 m/s more than the reference, which waits";
+}
+
+/// Half-way between where the path time begins to slow down and where it is slowest.
+TEST(BaseTracker, hasItsPathTimeWaitForABaseThatLagsOrIsOff) {
+  struct Case {
+    PlanarVelocity velocity;
+    PlanarPose error;
+    double pace;
+    bool is_holonomic = false;
+  };
+  for (const Case& it : {Case{{0.5, 0}, {0.03, 0.05, 0.1}, 1},
+                         {{0.5, 0}, {0.095, 0, 0}, 0.5},
+                         {{0.5, 0}, {-0.2, 0, 0}, 1},
+                         {{0.5, 0}, {0, -0.155, 0}, 0.5},
+                         {{0.5, 0}, {0, 0.3, 0}, 0.3},
+                         {{0.5, 0}, {0, 0, -0.285}, 0.5},
+                         {{0.5, 0}, {0.095, 0.155, 0.2025}, 0.25},
+                         {{-0.5, 0}, {-0.095, 0, 0}, 0.5},
+                         {{-0.5, 0}, {0.2, 0, 0}, 1},
+                         {{0, 0.8}, {-0.095, 0, 0}, 0.5},
+                         {{0.3, 0, 0.4}, {0.057, 0.076, 0}, 0.5, true},
+                         {{0.3, 0, 0.4}, {-0.12, -0.16, 0}, 1, true},
+                         {{0.3, 0, 0.4}, {0.124, -0.093, 0}, 0.5, true},
+                         {{0.3, 0, 0.4}, {-0.24, 0.18, 0}, 0, true},
+                         {{0, 0.5}, {0.057, -0.076, 0}, 0.5, true}}) {
+    Led led(it.velocity, it.error, Led::obedient(it.is_holonomic, 1));
+    EXPECT_EQ(led.tracker.isOnTime(), it.pace == 1);
+    EXPECT_NEAR(led.pace(), it.pace, 0.02)
+        << it.velocity.forward << " " << it.error.x << " " << it.error.y << " " << it.error.yaw;
+  }
+  Led fast({0.5, 0}, {0.095, 0, 0}, Led::obedient(false, 2));
+  EXPECT_FALSE(fast.tracker.isOnTime());
+  EXPECT_NEAR(fast.pace(), 2 * 0.5, 0.02);
+}
+
+TEST(BaseTracker, hasItsReferenceGetFasterAsTheBaseCanAfterAHalt) {
+  Commands commands;
+  drive(commands, 4, 0);
+  const RecordedDrive recorded = exactDrive(commands);
+  Replay replay(recorded, {});
+  replay.runUntil(4);
+  replay.tracker.rest();
+  replay.robot.command(replay.now(), {});
+  for (int i = 0; i < 100; ++i) {
+    replay.seen.look(replay.now(), replay.robot);
+    replay.robot.step(replay.now());
+    ++replay.steps;
+  }
+  const Stamp before = replay.tracker.progress();
+  replay.runUntil(replay.now() + 0.6);
+  // 85 % of 0.7 m/s^2, after a first step of a tenth of a second, on a track of 0.5 m/s.
+  const double most = 0.1 + 0.85 * 0.7 * (0.1 + 0.6 / 2) * 0.6 / 0.5;
+  EXPECT_LT(secondsBetween(before, replay.tracker.progress()), most);
+  EXPECT_GT(secondsBetween(before, replay.tracker.progress()), 0.05);
 }
 
 TEST(BaseTracker, toleratesADelayOtherThanItWasTold) {
@@ -213,6 +383,8 @@ TEST(BaseTracker, givesUpOnABaseThatDoesNotFollow) {
   replay.run();
   EXPECT_EQ(replay.tracker.state(), BaseState::Lost);
   EXPECT_NE(replay.tracker.reason().find("the base does not follow"), std::string::npos);
+  EXPECT_EQ(replay.tracker.reason().find(" and 0 deg"), std::string::npos)
+      << "it should have turned: " << replay.tracker.reason();
 }
 
 TEST(BaseTracker, ignoresAnOutlierOfLocalization) {

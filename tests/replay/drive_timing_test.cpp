@@ -85,6 +85,15 @@ struct Again {
   }
 };
 
+/// Ten seconds at a velocity.
+PoseTrack steady(const PlanarVelocity& velocity) {
+  std::vector<PoseTrack::Sample> samples;
+  for (int i = 0; i <= 500; ++i) {
+    samples.push_back({stampAt(0.02 * i), advance({}, velocity, 0.02 * i)});
+  }
+  return {samples, "map", true};
+}
+
 TEST(DriveTiming, isAsRecordedWhereTheBaseCanDoThat) {
   const RecordedDrive recorded = record(rampedDrive(1.2, 0.45, 0.5), {}, kExact, 1);
   const double length = secondsBetween(recorded.track.begin(), recorded.track.end());
@@ -132,6 +141,31 @@ TEST(DriveTiming, isLimitedByWhatARecordingShows) {
   const RecordedDrive recorded = record(abruptDrive(), rampingBase(0.5), kExact, 1);
   EXPECT_NEAR(shownBy(recorded.track).acceleration, 0.5, 0.06);
   EXPECT_EQ(shownBy(recorded.track).turn_acceleration, 0.5) << "the least that is assumed";
+  EXPECT_EQ(shownBy(steady({0.4, 0.8})).turn_acceleration, 0.5) << "it turned all the time";
+  Commands turning;
+  turn(turning, 170 * kDegree);
+  const PoseTrack turned = record(turning, rampingBase(0.5), kExact, 1).track;
+  EXPECT_NEAR(shownBy(turned).turn_acceleration, 1.5, 0.3);
+  EXPECT_EQ(shownBy(turned).acceleration, 0.2);
+}
+
+TEST(DriveTiming, keepsTheSpeedsThatTheBaseMayHaveAtEveryRate) {
+  TrackerOptions limits = limitsOf(1, 1);
+  limits.speed = 0.7;
+  limits.turn_speed = 1.2;
+  const auto paceOf = [&](const PlanarVelocity& velocity, double rate) {
+    const PoseTrack track = steady(velocity);
+    return DriveTiming(track, limits, rate).paceAt(later(track.begin(), 5));
+  };
+  EXPECT_NEAR(paceOf({0.4, 0.5}, 1), 1, 1e-3);
+  EXPECT_NEAR(paceOf({0.4, 0.5}, 2), 0.7 / 0.4, 1e-3);
+  EXPECT_NEAR(paceOf({0.4, 0.9}, 1), 1, 1e-3);
+  EXPECT_NEAR(paceOf({0.4, -0.9}, 2), 1.2 / 0.9, 1e-3);
+  EXPECT_NEAR(paceOf({0, 2.4}, 1), 0.5, 1e-3);
+  const PoseTrack track = steady({0.4, 0});
+  const DriveTiming timing(track, limits, 1);
+  EXPECT_EQ(timing.paceAt(later(track.end(), 5)), timing.paceAt(track.end())) << "and at its ends";
+  EXPECT_EQ(timing.paceAt(later(track.begin(), -5)), timing.paceAt(track.begin()));
 }
 
 TEST(DriveTiming, refusesWhatIsNotAboveZero) {

@@ -73,6 +73,11 @@ TEST(EndDoubt, ofALocalizationLikeAmclCoversWhereTheBaseTrulyEnded) {
     replay.run();
     ASSERT_EQ(replay.tracker.state(), BaseState::Done) << replay.tracker.reason();
     const BaseReport report = replay.tracker.report();
+    const PoseError now = replay.tracker.localizer()->error(recorded.track.measured_error);
+    EXPECT_NEAR(report.end_doubt.position,
+                2 * std::hypot(now.position, recorded.track.end_error.position), 1e-9)
+        << "of now and then";
+    EXPECT_NEAR(report.end_doubt.yaw, 2 * std::hypot(now.yaw, recorded.track.end_error.yaw), 1e-9);
     EXPECT_GT(report.end_doubt.position, 0.005) << "it cannot know it better";
     EXPECT_LT(report.end_doubt.position, 0.1) << "nor is it told nothing";
     EXPECT_LT(report.gone_since_localized, 0.15);

@@ -20,7 +20,9 @@ constexpr double kTick = 0.02;  // s
 constexpr double kSmall = 0.19;  // rad: the small turn, and what a step is too far
 constexpr HeadingRange kStraight{0, 0};
 
-/// A base that does at once as it is told, next to a goal at the origin.
+constexpr PlanarPose kGoal{3, -2, 2.5};
+
+/// A base that does at once as it is told, next to a goal; all as seen from there.
 struct Approached {
   double least = 0, most = 0;  // rad, that it pointed at
   double fastest_turn = 0;     // rad/s
@@ -29,9 +31,9 @@ struct Approached {
   int attempts = 0;
 
   Approached(const PlanarPose& from, const HeadingRange& headings) : end(from) {
-    FinalApproach approach({}, {}, headings);
+    FinalApproach approach(kGoal, {}, headings);
     for (double now = 0; now < 120; now += kTick) {
-      const auto velocity = approach.step(end, 0.001, 0.001, kTick);
+      const auto velocity = approach.step(compose(kGoal, end), 0.001, 0.001, kTick);
       is_over = !velocity;
       if (is_over) break;
       fastest_turn = std::max(fastest_turn, std::abs(velocity->turn));

@@ -57,7 +57,8 @@ TEST(HoldToRun, isSteadyWhenAJoystickThatOnlySpeaksOnChangesWouldBeSilent) {
   for (std::int64_t ms = 50; ms < 2000; ms += 10) EXPECT_FALSE(hold.isHeldSteadily(at(ms)));
   hold.heard(at(2000), false);
   say(hold, 2050, 2550, true);
-  EXPECT_TRUE(hold.isHeldSteadily(at(2550)));
+  EXPECT_FALSE(hold.isHeldSteadily(at(2499)));
+  EXPECT_TRUE(hold.isHeldSteadily(at(2500))) << "450 ms after it was pressed";
 }
 
 }  // namespace

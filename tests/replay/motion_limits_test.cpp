@@ -120,7 +120,7 @@ TEST_F(Gate, letsARobotDoAgainWhatItDidAFewPercentBeyondALimit) {
 }
 
 TEST_F(Gate, letsAJointOfUnknownLimitsBeFivePercentFasterThanItWas) {
-  record(kArm, 0, goalOf("tail_joint", {{1, 0}, {2, 0.9}}));
+  record(kArm, 0, goalOf("tail_joint", {{1, 0.5}, {2, 1.4}}));
   EXPECT_EQ(whyNot(1.04), "");
   EXPECT_NE(whyNot(1.1).find("what it may do is not known"), std::string::npos) << whyNot(1.1);
   limits.other_joints = {9.0, {}, {}};
@@ -135,7 +135,7 @@ TEST_F(Gate, refusesAPositionBeyondAJointsRange) {
 }
 
 TEST_F(Gate, takesAPositionAtTheEndOfARangeAndAnyOfAJointThatTurnsWithoutAnEnd) {
-  record(kArm, 0, goalOf("shoulder_lift_joint", {{5, 1.53}}));
+  record(kArm, 0, goalOf("shoulder_lift_joint", {{5, 1.53}, {9, -1.235}}));
   record(kArm, 10, goalOf("wrist_roll_joint", {{20, 9.2}}));
   EXPECT_EQ(whyNot(), "");
 }
@@ -196,6 +196,31 @@ TEST_F(Gate, refusesARateAtWhichABaseInOpenLoopCouldNotRamp) {
       << whyNot(1.5);
   is_base_timed = true;
   EXPECT_EQ(whyNot(1.5), "") << "its drive is timed anew";
+}
+
+/// A twist of a base that goes sideways and turns, too.
+Bytes anyTwist(double forward, double left, double turn) {
+  Value message = blank(kCmdVel);
+  for (const char* zero : {"linear.z", "angular.x", "angular.y"}) test::at(message, zero) = 0.0;
+  test::at(message, "linear.x") = forward;
+  test::at(message, "linear.y") = left;
+  test::at(message, "angular.z") = turn;
+  return encode(schemaOf(kCmdVel), message);
+}
+
+TEST_F(Gate, looksAtTheRampsOfABaseInEveryDirectionAndAtNoneOfASteadyOne) {
+  limits.angular_acceleration = 2;
+  for (int i = 0; i <= 10; ++i) record(kCmdVel, i * 100, anyTwist(0.05, -0.05, 0.2));
+  EXPECT_EQ(whyNot(1.4), "");
+  record(kCmdVel, 1100, anyTwist(0.05, -0.11, 0.2));
+  EXPECT_NE(whyNot(1.4).find("linear acceleration of"), std::string::npos) << whyNot(1.4);
+}
+
+TEST_F(Gate, looksAtTheRampsOfABaseThatTurns) {
+  limits.angular_acceleration = 2;
+  for (int i = 0; i <= 10; ++i) record(kCmdVel, i * 100, anyTwist(0, 0, 0.15 * i));
+  EXPECT_EQ(whyNot(1.1), "");
+  EXPECT_NE(whyNot(1.3).find("angular acceleration of"), std::string::npos) << whyNot(1.3);
 }
 
 TEST_F(Gate, takesABaseInOpenLoopThatWasToldToStandAtOnceAtTheSameRate) {

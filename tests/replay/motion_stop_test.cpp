@@ -92,7 +92,8 @@ const Channel kDrone = channelOf(
               "geometry_msgs/Vector3", kPoint, "geometry_msgs/Quaternion", kPoint + "float64 w\n",
               "geometry_msgs/Twist", kVectors));
 
-/// Of one body, which is at these places, m, a second apart; with velocities of m/s and rad/s.
+/// Of one body, which is at these places, m on a way aslant, two seconds apart; with velocities of
+/// m/s and rad/s.
 Bytes flight(const std::vector<double>& places, double speed, double turn) {
   const Schema schema = schemaOf(kDrone);
   Value transform = blank(schema, "geometry_msgs/Transform");
@@ -110,11 +111,13 @@ Bytes flight(const std::vector<double>& places, double speed, double turn) {
   Array points;
   for (std::size_t i = 0; i < places.size(); ++i) {
     Value point = blank(schema, "trajectory_msgs/MultiDOFJointTrajectoryPoint");
-    test::at(transform, "translation.y") = places[i];
+    test::at(transform, "translation.x") = places[i] / 3 + 5;
+    test::at(transform, "translation.y") = -places[i] * 2 / 3 + 5;
+    test::at(transform, "translation.z") = places[i] * 2 / 3 + 5;
     test::at(point, "transforms") = Array{transform};
     test::at(point, "velocities") = Array{velocity};
     test::at(point, "accelerations") = Array{};
-    test::at(point, "time_from_start") = RosDuration{static_cast<std::int32_t>(i), 0};
+    test::at(point, "time_from_start") = RosDuration{static_cast<std::int32_t>(2 * i), 0};
     points.push_back(point);
   }
   Value message = blank(kDrone);
@@ -294,15 +297,15 @@ TEST(KindsOfMotion, areHeldToTheLimitsWhereTheyFly) {
     const OneMessage one(kDrone, flight(places, speed, turn));
     return whyTooFast(motionPeaks(*one.store, one.plan, limits), 1);
   };
-  EXPECT_EQ(why({0, 0.05, 0}, 0.05, 0.15), "");
+  EXPECT_EQ(why({0, 0.15, 0}, 0.05, 0.15), "");
   EXPECT_EQ(why({0}, 0.5, 0),
             "/drone/command/trajectory: linear velocity of 0.5 m/s at rate 1, 0.7 s into the "
             "behavior, is above the limit of 0.1");
   EXPECT_EQ(why({0}, 0, -0.5),
             "/drone/command/trajectory: angular velocity of 0.5 rad/s at rate 1, 0.7 s into the "
             "behavior, is above the limit of 0.2");
-  EXPECT_EQ(why({0, 0.05, -0.25}, 0, 0),
-            "/drone/command/trajectory: linear velocity of 0.3 m/s at rate 1, 2.7 s into the "
+  EXPECT_EQ(why({0, 0.1, -0.5}, 0, 0),
+            "/drone/command/trajectory: linear velocity of 0.3 m/s at rate 1, 4.7 s into the "
             "behavior, is above the limit of 0.1")
       << "by its places, though it claims to stand";
   EXPECT_THROW(why({0, std::nan("")}, 0, 0), std::runtime_error);
@@ -661,6 +664,7 @@ TEST(Gripper, isStoppedByAGoalAtItsGapOnceThatIsKnown) {
   test::at(goal, "goal_id.id") = std::string("close");
   watch.sending(gripper.channel, encode(schemaOf(gripper.channel), goal));
   EXPECT_EQ(watch.moving(), Outputs{0}) << "by a cancel";
+  EXPECT_FALSE(watch.sending(cancelChannel(kArm), Bytes(10)).has_changed) << "of another action";
   EXPECT_FALSE(watch.gapMeasured(std::nan("")));
   EXPECT_EQ(watch.moving(), Outputs{0}) << "its gap is not known yet";
   EXPECT_TRUE(watch.gapMeasured(0.07));

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <utility>
@@ -63,6 +65,7 @@ struct Standing {
 
 TEST(ObstacleStop, goesAsFastAsItCanStopBeforeWhatItSees) {
   EXPECT_EQ(Standing().judgeFor(0.2).speed, ObstacleStop::kFastest) << "nothing is there";
+  EXPECT_NEAR(Standing().stop.wayToStop(0.6), 0.6 * 0.2 + 0.36 / (2 * 0.75), 1e-9);
   for (const double at : {1.3, 1.1, 0.8}) {
     Standing base;
     base.discs = {{at, 0.1, 0.1}};
@@ -167,16 +170,32 @@ TEST(ObstacleStop, seesAThinLegThreeMetersAwayAndNearBy) {
 }
 
 TEST(ObstacleStop, isNotStoppedBySpeckle) {
-  Standing base;
-  std::mt19937 random(4);
-  base.disturb = [&](RangeScan& scan) {  // a beam in a hundred, anywhere
-    for (float& range : scan.ranges) {
-      if (random() % 100 == 0) range = 0.4f + 2e-9f * static_cast<float>(random());
-    }
-  };
-  int stops = 0;
-  for (int i = 0; i < 500; ++i) stops += base.judge().kind != Kind::Go;
-  EXPECT_LT(stops, 50);
+  for (const std::size_t width : {1u, 2u}) {  // beams
+    Standing base;
+    std::mt19937 random(4);
+    base.disturb = [&](RangeScan& scan) {  // one in a hundred or two hundred, anywhere
+      for (std::size_t i = 0; i + width <= scan.ranges.size(); ++i) {
+        if (random() % (100 * width) != 0) continue;
+        const float range = 0.4f + 2e-9f * static_cast<float>(random());
+        std::fill_n(scan.ranges.begin() + static_cast<std::ptrdiff_t>(i), width, range);
+      }
+    };
+    int stops = 0;
+    for (int i = 0; i < 500; ++i) stops += base.judge().kind != Kind::Go;
+    EXPECT_LT(stops, 50) << width;
+  }
+}
+
+TEST(ObstacleStop, takesAThingToBeWhereItWasWhenTheScanWasTaken) {
+  ObstacleStop stop(roundBase(), "map");
+  for (int i = 0; i <= 10; ++i) {  // at 1 m/s
+    stop.move(stampAt(0.02 * i), {0.02 * i, 0, 0});
+    if (i == 0) stop.hear(scanOf({{1.5, 0, 0.1}}, {}, 0));
+  }
+  stop.hear(scanOf({{1.5, 0, 0.1}}, {}, 0.0));
+  const PlanarPose now{0.2, 0, 0};
+  EXPECT_NEAR(stop.judge({stampAt(0.2), now, now, {}, 0.02}, pathOf(kAhead, 0.3, 3)).distance,
+              1.4 - 0.2 - 0.3, 0.01);
 }
 
 TEST(ObstacleStop, standsWithoutAScanAndWithOneThatSeesNothing) {
@@ -385,6 +404,30 @@ TEST(ObstacleStop, haltsTheBaseWhenTheScanDies) {
   drive.replay.runUntil(3.5);
   EXPECT_EQ(drive.replay.robot.velocity().forward, 0);
   EXPECT_EQ(drive.replay.tracker.reason().find("no scan for"), 0u);
+}
+
+TEST(ObstacleStop, leavesABaseWhereItIsWhoseLastCentimetersAreBarred) {
+  Drive drive;
+  const auto see = drive.replay.disturb;
+  double approaches_at = 0;
+  const auto approaches = [&] { return drive.replay.tracker.state() == BaseState::Approaching; };
+  drive.replay.disturb = [&](double now, BaseInput& input) {
+    see(now, input);
+    if (!approaches()) return;
+    if (approaches_at == 0) approaches_at = now;
+    PlanarPose& seen = input.T_map_odom->pose;  // localization says that it is 3 cm short
+    seen.x -= 0.03 * std::cos(drive.recorded.end.yaw);
+    seen.y -= 0.03 * std::sin(drive.recorded.end.yaw);
+  };
+  drive.discs = [&](double) {
+    return approaches() ? std::vector<Disc>{drive.onTrack(2.5 + 0.3 + 0.05 + 0.1, 0, 0.1)}
+                        : std::vector<Disc>();
+  };
+  drive.replay.runUntil(60);
+  EXPECT_EQ(drive.replay.tracker.state(), BaseState::Done) << drive.replay.tracker.reason();
+  EXPECT_GT(drive.replay.now() - approaches_at, 3);
+  EXPECT_LT(drive.replay.now() - approaches_at, 8) << "it does not wait for long";
+  EXPECT_GT(drive.nearest, 0.03);
 }
 
 TEST(ObstacleStop, drivesBackwardAsRecordedButSlowly) {

@@ -46,6 +46,8 @@ TEST(Patience, isToldByTheKernelHowBusyTheMachineWas) {
       "some avg10=97.53 avg60=50.13 avg300=16.29 total=100134471\n"
       "full avg10=0.00 avg60=0.00 avg300=0.00 total=0\n";
   EXPECT_DOUBLE_EQ(waitingPart(pressure, "9.00 2.17 1.62 8/126 28468\n", 2), 0.9753);
+  EXPECT_DOUBLE_EQ(waitingPart("some avg10=3.00 avg60=50.00 avg300=9.00 total=1\n", "", 2), 0.5);
+  EXPECT_DOUBLE_EQ(waitingPart("", "3.00 2.17 1.62 8/126 28468\n", 0), 0) << "no processor is told";
   EXPECT_DOUBLE_EQ(waitingPart("", "3.00 2.17 1.62 8/126 28468\n", 2), 0.5) << "an older kernel";
   EXPECT_DOUBLE_EQ(waitingPart("", "4.38 2.17 1.62 8/126 28468\n", 2), 1);
   EXPECT_DOUBLE_EQ(waitingPart("", "0.51 2.17 1.62 8/126 28468\n", 2), 0);

@@ -159,6 +159,18 @@ TEST_F(PlayerInStep, doesNotWaitForAGoalThatTheNextOneEnds) {
   EXPECT_EQ(sink.times(kArm.topic), (Times{0, 1000}));
 }
 
+/// An action server that knows no preemption says so.
+TEST_F(PlayerInStep, waitsForAGoalThatFailedButNotForOneThatFailedAsAnotherCame) {
+  record(kArm, 0, goalMessage("a", {3.0}));
+  record(kArm, 1000, goalMessage("b", {1.0}));
+  recordResult(kArm, 1010, "a", 4);
+  recordResult(kArm, 2000, "b", 4);
+  play(2500);
+  const Milestones milestones = Milestones::read(*store, plan);
+  EXPECT_FALSE(milestones.of(kArm.topic, {kBegin}).value().is_awaited);
+  EXPECT_TRUE(milestones.of(kArm.topic, {kBegin + 1000 * kMs}).value().is_awaited);
+}
+
 TEST_F(PlayerInStep, hasTheBaseStandWhileItWaits) {
   record(kArm, 0, goalMessage("a", {1.0}));
   for (int i = 0; i < 20; ++i) record(kCmdVel, i * 100, twist(1 + i));

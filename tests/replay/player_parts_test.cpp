@@ -67,6 +67,18 @@ TEST(GoalBook, keepsAGoalOpenUntilItsCancelIsSent) {
   EXPECT_EQ(goals.counts().sent, 0u) << "it is sent again";
 }
 
+TEST(GoalBook, tellsGoalsOfOneIdApartByTheirActions) {
+  GoalBook goals;
+  goals.open("/arm/goal", "a");
+  goals.open("/gripper/goal", "a");
+  goals.add("/gripper/goal", {kGripper, {}, recordedAt(0), "a"});
+  EXPECT_EQ(goals.openOn(kGripper.topic).size(), 1u);
+  goals.cancel("/arm/goal", "a");
+  EXPECT_FALSE(goals.isOpen("/arm/goal"));
+  EXPECT_TRUE(goals.isOpen("/gripper/goal"));
+  EXPECT_TRUE(goals.hasOpen());
+}
+
 TEST(GoalEnd, tellsAbortedRejectedAndLostApartWithCodeAndText) {
   const std::string type = "control_msgs/FollowJointTrajectoryActionResult";
   const Channel channel =

@@ -33,7 +33,8 @@ TEST(PoseTrack, interpolatesThroughTheTurnOfTheCircle) {
 }
 
 TEST(PoseTrack, hasTheVelocitiesOfDrivingForwardBackwardAndTurning) {
-  for (const PlanarVelocity driven : {PlanarVelocity{0.5, 0.7}, {-0.3, 0.2}, {0, -1.2}, {0, 0}}) {
+  for (const PlanarVelocity driven :
+       {PlanarVelocity{0.5, 0.7}, {-0.3, 0.2}, {0, -1.2}, {0, 0}, {0.4, -0.6, 0.3}}) {
     std::vector<PoseTrack::Sample> samples;
     PlanarPose pose{3, 1, 2.9};
     for (int i = 0; i <= 100; ++i) {
@@ -44,9 +45,10 @@ TEST(PoseTrack, hasTheVelocitiesOfDrivingForwardBackwardAndTurning) {
     for (const double at : {0., 0.013, 1.007, 1.99}) {
       EXPECT_NEAR(track.velocityAt(stampAt(at)).forward, driven.forward, 1e-3) << at;
       EXPECT_NEAR(track.velocityAt(stampAt(at)).turn, driven.turn, 1e-6) << at;
+      EXPECT_NEAR(track.velocityAt(stampAt(at)).left, driven.left, 1e-3) << at;
     }
     EXPECT_EQ(track.velocityAt(stampAt(2.5)).forward, 0);
-    EXPECT_NEAR(track.length(), std::abs(driven.forward) * 2, 1e-3);
+    EXPECT_NEAR(track.length(), driven.speed() * 2, 1e-3);
   }
 }
 
@@ -58,7 +60,7 @@ TEST(PoseTrack, isRefusedWithoutPosesOrWithStampsThatDoNotRise) {
 TEST(PoseTrack, isIncompleteWhereTheBaseMovedUnseen) {
   PoseTrack track({{stampAt(1), {}}, {stampAt(2), {0.5, 0, 0}}, {stampAt(4), {0.55, 0, 0}}}, "map",
                   true);
-  EXPECT_EQ(whyIncomplete(track, stampAt(0.6), stampAt(4.4)), "");
+  EXPECT_EQ(whyIncomplete(track, stampAt(0.5), stampAt(4.5)), "");
   EXPECT_EQ(whyIncomplete(track, stampAt(0), stampAt(2)),
             "its poses were recorded only 1.0 s after its first velocity");
   EXPECT_EQ(whyIncomplete(track, stampAt(1), stampAt(5)),
@@ -67,6 +69,24 @@ TEST(PoseTrack, isIncompleteWhereTheBaseMovedUnseen) {
   EXPECT_EQ(whyIncomplete(track, stampAt(1), stampAt(4)),
             "no pose was recorded for 1.0 s in which it went 0.50 m and turned 0 deg");
   EXPECT_EQ(whyIncomplete(track, stampAt(3), stampAt(4)), "") << "it hardly moved in that one";
+  PoseTrack turned({{stampAt(1), {0, 0, 1}}, {stampAt(2), {0, 0, 1.2}}, {stampAt(3), {0, 0, 1.9}}},
+                   "map", true);
+  turned.gaps = {{stampAt(1), stampAt(2)}};
+  EXPECT_EQ(whyIncomplete(turned, stampAt(1), stampAt(3)), "") << "11 degrees";
+  turned.gaps.push_back({stampAt(2), stampAt(3)});
+  EXPECT_EQ(whyIncomplete(turned, stampAt(1), stampAt(3)),
+            "no pose was recorded for 1.0 s in which it went 0.00 m and turned 40 deg");
+}
+
+TEST(PoseTrack, knowsTheHeadingsOfABaseThatTurnedAtItsEndAndOfNoneBefore) {
+  const PoseTrack track({{stampAt(0), {-1, 0, -2}},
+                         {stampAt(1), {-0.04, 0, 0.5}},
+                         {stampAt(2), {0, 0, -0.3}},
+                         {stampAt(3), {0, 0, 0.2}}},
+                        "map", true);
+  EXPECT_NEAR(track.headingsAtEnd(0.05).from, -0.5, 1e-9);
+  EXPECT_NEAR(track.headingsAtEnd(0.05).to, 0.3, 1e-9);
+  EXPECT_NEAR(track.headingsAtEnd(0.03).to, 0, 1e-9) << "nearer than that it had turned alone";
 }
 
 // ----------------------------------------------------------------------------------- the builder
@@ -298,10 +318,10 @@ PoseTrack localizedDrive(double position, double yaw) {
   };
   TrackBuilder builder{LocalizationNoise()};
   for (int i = 0; i <= 300; ++i) {
-    const PlanarPose odometry{i * 0.01, 0, 0};
+    const PlanarPose odometry{i * 0.01, 0, 1};  // it looks aslant
     builder.addOdometry(stampAt(i * 0.05), odometry);
     if (i % 10 != 0) continue;
-    const PlanarPose seen{odometry.x + position * bell(), position * bell(), yaw * bell()};
+    const PlanarPose seen{odometry.x + position * bell(), position * bell(), 1 + yaw * bell()};
     builder.addLocalization(stampAt(i * 0.05), compose(seen, inverse(odometry)));
   }
   return builder.build("map", "odom");
@@ -325,7 +345,82 @@ TEST(TrackBuilder, takesTheNoiseThatIsAssumedForALocalizationThatWasHardlySeen) 
   TrackBuilder builder{LocalizationNoise()};
   builder.addLocalization(stampAt(0), {});
   for (int i = 0; i <= 20; ++i) builder.addOdometry(stampAt(i * 0.05), {});
-  EXPECT_NEAR(builder.build("map", "odom").measured_error.position, 0.03, 1e-9);
+  const PoseError measured = builder.build("map", "odom").measured_error;
+  EXPECT_NEAR(measured.position, 0.03, 1e-9);
+  EXPECT_NEAR(measured.yaw, 0.0175, 1e-9);
+}
+
+TEST(TrackBuilder, tellsAJumpsSizeByTheMeanOfWhatLocalizationSaidAroundIt) {
+  TrackBuilder builder({});
+  const PlanarPose wrong{0.1, 0.2, 0.3}, right{0.5, -0.4, 0.55};
+  for (int i = 0; i < 20; ++i) {
+    builder.addOdometry(stampAt(i * 0.1), {});
+    // The odd ones of five: in the mean 0.01.
+    const double off = i % 5 == 0 ? 0.05 : 0;
+    const PlanarPose& seen = i < 10 ? wrong : right;
+    const double sign = i < 10 ? 1 : -1;
+    builder.addLocalization(stampAt(i * 0.1), {seen.x + sign * off + 1e-9 * i, seen.y - sign * off,
+                                               seen.yaw + sign * off});
+  }
+  const PoseTrack track = builder.build("map", "odom");
+  ASSERT_EQ(track.jumps.size(), 1u);
+  EXPECT_NEAR(track.jumps[0].distance, std::hypot(0.4 - 0.02, -0.6 + 0.02), 1e-6);
+  EXPECT_NEAR(track.jumps[0].turn, 0.25 - 0.02, 1e-6);
+  EXPECT_NE(track.remarks[0].find(" and 13.2 deg, "), std::string::npos) << track.remarks[0];
+}
+
+/// The mean of two looks that are independent, the first of which was taken as it is.
+TEST(BaseLocalizer, weighsMeasurementsByHowMuchTheyTell) {
+  const LocalizationNoise noise;
+  BaseLocalizer apart(noise, {}, {}, stampAt(0));
+  apart.correct({0.03, 0.06, 0.012}, stampAt(0.4));
+  EXPECT_NEAR(apart.pose().x, 0.015, 1e-9);
+  EXPECT_NEAR(apart.pose().y, 0.03, 1e-9);
+  EXPECT_NEAR(apart.pose().yaw, 0.006, 1e-9);
+  EXPECT_NEAR(apart.positionError(), 0.03 / std::sqrt(2), 1e-9);
+  EXPECT_NEAR(apart.yawError(), 0.0175 / std::sqrt(2), 1e-9);
+  EXPECT_NEAR(apart.error({0.02, 0.01}).position, 0.02 / std::sqrt(2), 1e-9);
+  EXPECT_NEAR(apart.error({0.02, 0.01}).yaw, 0.01 / std::sqrt(2), 1e-9);
+  BaseLocalizer near(noise, {}, {}, stampAt(0));
+  near.correct({0.03, 0.06, 0.012}, stampAt(0.2));
+  EXPECT_NEAR(near.pose().x, 0.01, 1e-9) << "worth half a look";
+  EXPECT_NEAR(near.pose().y, 0.02, 1e-9);
+  EXPECT_NEAR(near.pose().yaw, 0.004, 1e-9);
+}
+
+TEST(BaseLocalizer, learnsItsYawFromWhereItGotTo) {
+  struct Case {
+    double yaw;
+    PlanarPose step, seen;  ///< seen: as if it had been turned to the left by a little more
+  };
+  for (const Case& it : {Case{0, {1, 0, 0}, {0, 0.05, 0}},
+                         {0, {0, 1, 0}, {-0.05, 0, 0}},
+                         {kPi / 2, {1, 0, 0}, {-0.05, 0, 0}},
+                         {kPi / 2, {0, 1, 0}, {0, -0.05, 0}}}) {
+    BaseLocalizer localizer({}, {0, 0, it.yaw}, {}, stampAt(0));
+    localizer.move(it.step);
+    const PlanarPose base = localizer.pose();
+    const PlanarPose seen{base.x + it.seen.x, base.y + it.seen.y, base.yaw};
+    localizer.correct(compose(seen, inverse(it.step)), stampAt(2));
+    EXPECT_GT(wrapAngle(localizer.pose().yaw - it.yaw), 0.001) << it.yaw << " " << it.step.x;
+  }
+}
+
+/// Wheels that go 3 % farther than they say, and 3 % further round.
+TEST(BaseLocalizer, learnsTheScaleOfItsOdometryInEveryDirection) {
+  for (const PlanarPose& direction : {PlanarPose{0.1, 0, 0}, {0, 0.1, 0}, {0.06, 0.08, 0.1}}) {
+    BaseLocalizer localizer({}, {}, {}, stampAt(0));
+    PlanarPose truth, odometry;
+    const PlanarPose step{direction.x * 1.03, direction.y * 1.03, direction.yaw * 1.03};
+    for (int i = 1; i <= 120; ++i) {
+      odometry = compose(odometry, direction);
+      truth = compose(truth, step);
+      localizer.move(odometry);
+      if (i <= 100) localizer.correct(compose(truth, inverse(odometry)), stampAt(i));
+    }
+    EXPECT_LT(distance(localizer.pose(), truth), 0.02) << "without localization on the last 2 m";
+    EXPECT_LT(std::abs(wrapAngle(localizer.pose().yaw - truth.yaw)), 0.02);
+  }
 }
 
 TEST(BaseLocalizer, isNoSurerThanItsOneMeasurementWhileItStands) {

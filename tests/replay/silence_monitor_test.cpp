@@ -21,6 +21,7 @@ TEST(SilenceMonitor, missesFivePeriodsOfATopicThatIsPeriodic) {
   EXPECT_EQ(watch.longestSilence(), 500 * kMs);
   EXPECT_FALSE(watch.isOverdue(at(1000)));
   EXPECT_TRUE(watch.isOverdue(at(1001)));
+  EXPECT_DOUBLE_EQ(watch.silence(Stamp{1001 * kMs}), 0.501);
 }
 
 TEST(SilenceMonitor, lastsForEverOnATopicThatIsSentOnChange) {

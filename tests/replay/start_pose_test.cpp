@@ -218,6 +218,28 @@ TEST_F(StartPoseOf, hasTheBaseOnTheMap) {
   EXPECT_NEAR(pose.base->yaw, kPi / 2, 1e-6);
 }
 
+TEST_F(StartPoseOf, knowsTheBaseBetterTheMoreLooksLocalizationTookAtIt) {
+  for (std::int64_t ms = -4000; ms < 1000; ms += 50) {
+    const double off = ms % 500 == 0 ? 0.02 : -0.02;
+    recordTransform(ms, "map", "odom", {1 + off, off / 2, off / 4});
+    recordTransform(ms + 1, "odom", "base_link", {2, 0.5, 0});
+  }
+  record(drive, 500, twist(0.2));
+  const StartPose pose = read();
+  EXPECT_GT(pose.base_share.position, 0.02);
+  EXPECT_LT(pose.base_share.position, 0.6);
+  EXPECT_GT(pose.base_share.yaw, 0.02);
+  EXPECT_LT(pose.base_share.yaw, 0.6);
+}
+
+TEST_F(StartPoseOf, takesATopicWithoutMessagesToMoveNothing) {
+  record(drive, -1000, twist(0.2));
+  record(arm, -1000, armGoal({"elbow"}));
+  record(gripper, 1000, gripperGoal(0.1));
+  read();
+  EXPECT_FALSE(parts.moves_base);
+}
+
 TEST_F(StartPoseOf, saysThatTheBaseIsNotKnownWithoutLocalization) {
   for (std::int64_t ms = -500; ms < 500; ms += 50) {
     recordTransform(ms, "odom", "base_link", {2, 0, 0});
@@ -240,8 +262,11 @@ TEST(StartPose, listsEveryJointThatIsOff) {
                                       "wrist is 6.24 rad off (now -3.14, then 3.10)",
                                       "elbow is 0.42 rad off (now 0.10, then 0.52)"}))
       << "the torso is near enough";
-  EXPECT_EQ(jointDeviations({{{"finger", 0.05}}, {}}, {{{"finger", 0.03}}, {}}, {}),
-            std::vector<std::string>{"finger is 0.020 m off (now 0.030, then 0.050)"});
+  EXPECT_EQ(jointDeviations({{{"finger", 0.05}, {"elbow", 0}}, {}},
+                            {{{"finger", 0.03}, {"elbow", 0.06}}, {}}, {}),
+            (std::vector<std::string>{"finger is 0.020 m off (now 0.030, then 0.050)",
+                                      "elbow is 0.06 rad off (now 0.06, then 0.00)"}))
+      << "the farthest first, by what each may be off";
 }
 
 TEST(StartPose, refusesInThreeShortClausesHoweverManyJointsAreOff) {
@@ -264,6 +289,9 @@ TEST(StartPose, refusesInThreeShortClausesHoweverManyJointsAreOff) {
   EXPECT_LT(both.size(), 290u) << both;
   EXPECT_LT(whyElsewhere(joints, baseDeviation(then, now, {}), true).size(), 250u);
   EXPECT_EQ(whyElsewhere({}, "", true), "");
+  EXPECT_NE(whyElsewhere({"elbow is off"}, "the base is off", true).find("elbow is off; the base"),
+            std::string::npos)
+      << "a single joint is named";
 }
 
 TEST(StartPose, saysWhereTheBaseHasToGo) {
@@ -329,6 +357,8 @@ TEST_F(StartPoseOf, isApproachedByTheGrippersGap) {
   ASSERT_TRUE(found);
   Value goal = decode(schemaOf(gripper), found->bytes);
   EXPECT_DOUBLE_EQ(std::get<double>(at(goal, "goal.command.position")), 0.05);
+  EXPECT_FALSE(startGoal(parts.goals.at(0), then, then, {}, unchecked(), {kBegin}, "fresh"))
+      << "it is as wide already";
 }
 
 }  // namespace

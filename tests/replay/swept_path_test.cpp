@@ -61,13 +61,15 @@ TEST(Footprint, liesWithinFiveMetersAndSpansAnArea) {
   EXPECT_EQ(refusal({{0, 0}, {std::nan(""), 0}, {0, 5}}), far);
   const std::string flat = "a footprint's corners have to span an area";
   EXPECT_EQ(refusal({{0, 0}, {1, 0}}), flat);
-  EXPECT_EQ(refusal({{0, 0}, {1, 0}, {0.5, 1e-5}}), flat);
+  EXPECT_EQ(refusal({{0, 0}, {1, 0}, {0.5, 1.9e-4}}), flat) << "less than a square centimeter";
+  EXPECT_EQ(refusal({{0, 0}, {1, 0}, {0.5, 2.1e-4}}), "");
   EXPECT_EQ(refusal({{0, 0}, {0, 0}, {0, 0}}), flat);
   EXPECT_EQ(refusal({}), flat);
 }
 
 TEST(Footprint, hasAnOutlineOfPointsOnItsEdge) {
-  for (const Footprint& footprint : {kRound, kOblong, Footprint::circle(0.05)}) {
+  for (const Footprint& footprint :
+       {kRound, kOblong, Footprint::circle(0.05), Footprint::circle(5)}) {
     const std::vector<FloorPoint> outline = footprint.outline();
     EXPECT_GE(outline.size(), 16u);
     for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -83,6 +85,7 @@ TEST(SweptPath, isFreeUpToWhatStandsOnAStraightWay) {
   EXPECT_NEAR(freeOf({0.5, 0}, {1.5, 0.4}), 1.5 - std::sqrt(0.45 * 0.45 - 0.4 * 0.4), 0.03);
   EXPECT_TRUE(std::isinf(freeOf({0.5, 0}, {1.5, 0.46}))) << "it passes";
   EXPECT_TRUE(std::isinf(freeOf({0.5, 0}, {-0.6, 0}))) << "it drives away";
+  EXPECT_NEAR(freeOf({0.01, 0}, {1.5, 0}), freeOf({0.5, 0}, {1.5, 0}), 1e-9) << "however slowly";
 }
 
 TEST(SweptPath, leadsBackward) {
@@ -126,6 +129,22 @@ TEST(SweptPath, followsTheTrackAheadAndNotTheWayBehind) {
   EXPECT_TRUE(std::isinf(free(1.6, {0.8, 0, 0}, {0, 0.2}))) << "that lies behind";
   EXPECT_NEAR(free(1, {0.5, 0, 0}, {1, 1.2}) - free(1, {0.4, 0, 0}, {1, 1.2}), -0.1, 0.03)
       << "a base that lags behind has farther to go";
+}
+
+TEST(SweptPath, isLongerByWhatABaseLagsBehindInWhicheverDirection) {
+  const PlanarPose velocity{0.3, 0.4, 0};  // m/s, which is no way that it looks
+  std::vector<PoseTrack::Sample> samples;
+  for (int i = 0; i <= 40; ++i) {
+    samples.push_back({stampAt(0.1 * i), {0.1 * i * velocity.x, 0.1 * i * velocity.y, 0}});
+  }
+  const PoseTrack track(samples, "map", true);
+  const auto free = [&](double behind) {
+    const PlanarPose base{0.3 - 0.6 * behind, 0.4 - 0.8 * behind, 0};
+    const SweptPath path = pathAlong(track, stampAt(1), base, 0.3, 5, true);
+    return freeWay(path, kRound, kClearance, {{1.2 - base.x, 1.6 - base.y}}).way;
+  };
+  EXPECT_NEAR(free(0), 1.5 - 0.45, 0.03);
+  EXPECT_NEAR(free(0.2), 1.7 - 0.45, 0.03);
 }
 
 TEST(SweptPath, mayLeaveWhatIsNearButNotComeNearer) {
@@ -197,6 +216,9 @@ TEST(FloorScan, seesWhatAFetchSeesAndNothingBehind) {
              turn = pathOf({0, 0.5}, 0.3, 1), bend = pathOf({0.5, 0.5}, 0.3, 1);
   EXPECT_TRUE(isSeen(ahead, kRound, *scan) && isSeen(turn, kRound, *scan));
   EXPECT_TRUE(isSeen(bend, kRound, *scan));
+  EXPECT_TRUE(isSeen(pathOf({0.5, 0.5}, 0.3, 6), kRound, *scan)) << "what comes next counts";
+  EXPECT_TRUE(isSeen(pathOf({0.5, 0}, 0.3, 0.1), kRound, *scan)) << "as far as it leads";
+  EXPECT_FALSE(isSeen(pathOf({-0.5, 0}, 0.3, 0.1), kRound, *scan));
   EXPECT_FALSE(isSeen(back, kRound, *scan));
 }
 
@@ -211,6 +233,61 @@ TEST(FloorScan, leavesOutTheRobotsOwnPartsAndDoesNotSeeBehindThem) {
   std::vector<FloorPoint> points;
   for (const FloorScan::Point& point : scan.points()) points.push_back(point.at);
   EXPECT_TRUE(std::isinf(freeWay(pathOf({0.3, 0}, 0.3, 1), kRound, kClearance, points).way));
+}
+
+/// Ten beams, 0.1 rad apart from angle 0 on, at what was measured by each, m.
+FloorScan beams(const std::vector<float>& ranges, const ScanMount& mount = {}) {
+  RangeScan scan;
+  scan.angle_increment = 0.1;
+  scan.range_max = 10;
+  scan.ranges = ranges;
+  return {scan, mount, nullptr, {}};
+}
+
+FloorPoint toward(double angle, double range = 1) {
+  return {range * std::cos(angle), range * std::sin(angle)};
+}
+
+TEST(FloorScan, seesByTheBeamsNextToADirectionAndByNoOthers) {
+  const float nan = std::nanf("");
+  const FloorScan scan = beams({nan, nan, nan, 2, nan, nan, nan});
+  for (const double angle : {0.2, 0.3, 0.4}) EXPECT_TRUE(scan.sees(toward(angle))) << angle;
+  for (const double angle : {0.1, 0.5}) EXPECT_FALSE(scan.sees(toward(angle))) << angle;
+  EXPECT_TRUE(beams({2, nan, nan}).sees(toward(0))) << "its first beam";
+  EXPECT_TRUE(beams({nan, nan, 2}).sees(toward(0.2))) << "its last one";
+}
+
+TEST(FloorScan, tellsHowMuchFartherThanAPointTheNearestThingBesideItLies) {
+  const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
+  const ScanMount mount{{0.2, -0.1}, {1, 0}, {0, 1}};
+  const FloorScan scan = beams({4, 4, 3, 2.5F, inf, inf, inf, nan, nan, nan, nan}, mount);
+  const auto beyond = [&](double angle, double range, double beside) {
+    const FloorPoint seen = toward(angle, range);
+    return scan.beyond({seen.x + 0.2, seen.y - 0.1}, beside);
+  };
+  EXPECT_NEAR(beyond(0, 1, 0.05).value(), 3, 1e-6) << "the first beams";
+  EXPECT_NEAR(beyond(0, 1, 0.15).value(), 2, 1e-6) << "0.15 m beside it";
+  EXPECT_NEAR(beyond(0, 3.5, 0.3).value(), 0.5, 1e-6) << "of 3.5 m that is one beam";
+  EXPECT_NEAR(beyond(0.3, 3, 0.05).value(), -0.5, 1e-6) << "before it";
+  EXPECT_TRUE(std::isinf(beyond(0.5, 2, 0.05).value()));
+  EXPECT_FALSE(beyond(0.9, 2, 0.05)) << "blind";
+  EXPECT_FALSE(beyond(2, 2, 0.05)) << "nobody looks";
+}
+
+TEST(FloorScan, beginsAFullCircleAnywhere) {
+  for (const double begin : {0., -2 * kPi, -kPi}) {
+    RangeScan ranges;
+    ranges.angle_min = begin;
+    ranges.angle_increment = kPi / 8;
+    ranges.range_max = 10;
+    ranges.ranges.assign(16, std::nanf(""));
+    ranges.ranges[4] = 2;  // a quarter turn on
+    const FloorScan scan(ranges, {}, nullptr, {});
+    const double there = begin + kPi / 2;
+    EXPECT_TRUE(scan.sees(toward(there))) << begin;
+    EXPECT_FALSE(scan.sees(toward(there + kPi / 2))) << begin;
+    EXPECT_FALSE(scan.sees(toward(there + kPi))) << begin;
+  }
 }
 
 TEST(FloorScan, isTurnedAsTheRangeFinderIsMounted) {

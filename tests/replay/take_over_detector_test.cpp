@@ -52,6 +52,12 @@ TEST(TakeOverDetector, seesOthersVelocitiesBehindTheMultiplexerAndWhoseTheyAre) 
   driven.onInput(at(300), "/joy_vel", velocity(0.3));
   EXPECT_EQ(driven.onOutput(at(310), "/base/command", velocity(0.3)),
             "somebody else drives the base on /joy_vel");
+  driven.onInput(at(300), "/navigation/cmd_vel", velocity(0.4));
+  EXPECT_EQ(driven.onOutput(at(800), "/base/command", velocity(0.4)),
+            "somebody else drives the base on /navigation/cmd_vel")
+      << "which sent just that, half a second ago";
+  EXPECT_EQ(driven.onOutput(at(801), "/base/command", velocity(0.4)),
+            "somebody else drives the base on /base/command");
 }
 
 TEST(TakeOverDetector, leavesAStandAlone) {

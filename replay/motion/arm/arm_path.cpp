@@ -218,7 +218,7 @@ ArmKnot Ramp::at(double seconds) const {
   ArmKnot knot = path_.at(std::min(pathSeconds(seconds), path_.endSeconds()));
   knot.at_s = seconds;
   for (std::size_t i = 0; i < knot.positions.size(); ++i) {
-    const double off = i < by_.offsets.size() && y < 1 ? by_.offsets[i] : 0;
+    const double off = i < by_.offsets.size() ? by_.offsets[i] : 0;
     const double b = by_.blend_s > 0 ? by_.blend_s : 1;
     // Fades without a push at either end.
     knot.positions[i] += off * (1 - y * y * y * (10 - 15 * y + 6 * y * y));
@@ -235,11 +235,9 @@ ArmKnot Ramp::at(double seconds) const {
 std::vector<double> timesOf(const ArmPath& path, const ArmDeparture& departure, const Ramp& ramp) {
   std::vector<double> times;
   for (const ArmKnot& knot : path.knots()) {
-    if (knot.at_s > departure.from_s) times.push_back(ramp.secondsTo(knot.at_s));
+    const double seconds = ramp.secondsTo(knot.at_s);
+    if (seconds >= kNearestKnots) times.push_back(seconds);
   }
-  times.erase(std::remove_if(times.begin(), times.end(),
-                             [](double seconds) { return seconds < kNearestKnots; }),
-              times.end());
   const double length =
       std::min(times.back(), std::max(departure.ramp_s, departure.blend_s));
   const int count = std::max(1, static_cast<int>(std::ceil(length / kRampStep)));
@@ -269,9 +267,7 @@ std::vector<ArmKnot> settle(const ArmPath& path, const ArmDeparture& departure) 
 std::vector<ArmKnot> depart(const ArmPath& path, const ArmDeparture& departure) {
   const Ramp ramp(path, departure);
   const double end = ramp.secondsTo(path.endSeconds());
-  if (departure.from_s >= path.endSeconds() || end < std::max(kShortestSettle, departure.blend_s)) {
-    return settle(path, departure);
-  }
+  if (end < std::max(kShortestSettle, departure.blend_s)) return settle(path, departure);
   std::vector<ArmKnot> knots;
   for (const double seconds : timesOf(path, departure, ramp)) {
     knots.push_back(ramp.at(seconds));

@@ -510,14 +510,14 @@ Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgre
   const double stands_s = begin_s > kNearest ? begin_s : 0;
   std::vector<ArmKnot> knots;
   if (stands_s > 0) knots.push_back({-stands_s, rest->positions, still, still});
-  for (std::size_t i = 1; stands_s > 0 && i + 1 < rest->way.rests.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < rest->way.rests.size(); ++i) {
     const JointWay::Rest& bend = rest->way.rests[i];
     const double share = bend.at_s / rest->way.seconds();
     knots.push_back({(share - 1) * stands_s, bend.positions, still, still});
   }
   const std::vector<ArmKnot> on_path = depart(rest->path, by);
   knots.insert(knots.end(), on_path.begin(), on_path.end());
-  if (options_.controllers_join && knots.size() > 1) knots.erase(knots.begin());
+  if (options_.controllers_join) knots.erase(knots.begin());
   Array points;
   for (const ArmKnot& knot : knots) {
     const double path_s = by.from_s + knot.at_s - by.lostSeconds();

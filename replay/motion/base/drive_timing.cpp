@@ -30,7 +30,8 @@ DriveLimits shownBy(const PoseTrack& track) {
   DriveLimits shown;
   shown.acceleration = kLeastShown;
   shown.turn_acceleration = kLeastTurnShown;
-  for (Stamp at = track.begin(); at < track.end(); at = later(at, kTimingStep)) {
+  // A track that ends in motion does not show that its base can stand at once.
+  for (Stamp at = track.begin(); later(at, kShownOver) < track.end(); at = later(at, kTimingStep)) {
     const PlanarVelocity from = track.velocityAt(at), to = track.velocityAt(later(at, kShownOver));
     const double change = std::abs(to.speed() - from.speed());
     const double turn_change = std::abs(std::abs(to.turn) - std::abs(from.turn));

@@ -91,7 +91,7 @@ Footprint Footprint::polygon(const std::vector<std::array<double, 2>>& corners) 
 
 double Footprint::distanceTo(const FloorPoint& point) const {
   if (corners_.size() == 1) {
-    return std::hypot(point.x - corners_[0].x, point.y - corners_[0].y) - rounding_;
+    return std::hypot(point.x, point.y) - rounding_;
   }
   double nearest = std::numeric_limits<double>::infinity();
   bool is_inside = true;
@@ -100,7 +100,7 @@ double Footprint::distanceTo(const FloorPoint& point) const {
     nearest = std::min(nearest, distanceToLine(a, b, point));
     is_inside = is_inside && leftOf(a, b, point) >= 0;
   }
-  return (is_inside ? -nearest : nearest) - rounding_;
+  return is_inside ? -nearest : nearest;
 }
 
 std::vector<FloorPoint> Footprint::outline() const {
