@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -56,6 +57,99 @@ std::vector<PlanarPose> places() {
     }
   }
   return places;
+}
+
+/// Seconds until a base beside the goal begins its first move, which never ends, as it is stuck;
+/// and until it gives up. `known`: how well its place and yaw are, at a moment.
+struct Stuck {
+  double begins = 0, ends = 0;  // s
+  int attempts = 0;
+
+  explicit Stuck(const std::function<PoseError(double now)>& known) {
+    FinalApproach approach({}, {});
+    for (double now = kTick; ends == 0 && now < 120; now += kTick) {
+      const PoseError error = known(now);
+      const auto velocity = approach.step({-0.05, 0, 0}, error.position, error.yaw, kTick);
+      if (velocity && !velocity->isZero() && begins == 0) begins = now;
+      if (!velocity) ends = now;
+      attempts = approach.attempts();
+    }
+  }
+};
+
+TEST(FinalApproach, looksOnceItKnowsItsPlaceOrLearnsNoMore) {
+  const auto begins = [](const std::function<PoseError(double)>& known) {
+    return Stuck(known).begins;
+  };
+  EXPECT_NEAR(begins([](double) { return PoseError{0.005, 0.004}; }), 0.5, 0.05);
+  EXPECT_NEAR(begins([](double) { return PoseError{0.05, 0.004}; }), 1.5, 0.05);
+  EXPECT_NEAR(begins([](double) { return PoseError{0.005, 0.05}; }), 1.5, 0.05);
+  EXPECT_NEAR(begins([](double now) {
+                return PoseError{0.05 - 0.005 * now, 0.004};
+              }),
+              6, 0.05)
+      << "it still learns";
+  EXPECT_NEAR(begins([](double now) { return PoseError{0.05 - 0.02 * now, 0.004}; }), 2.2, 0.05);
+}
+
+TEST(FinalApproach, givesUpABaseThatIsStuck) {
+  const Stuck stuck([](double) { return PoseError{0.001, 0.001}; });
+  EXPECT_EQ(stuck.attempts, 3);
+  EXPECT_NEAR(stuck.ends, 3 * 15 + 4 * 0.5, 0.3);
+}
+
+TEST(FinalApproach, isSoSlowNearItsGoalThatAQuarterOfASecondMoreDoesNotPassIt) {
+  for (const PlanarPose& from : {PlanarPose{-0.3, 0, 0}, {0.2, 0, 0}, {0, 0, 0.4}, {0, 0, -0.2}}) {
+    for (const bool is_holonomic : {false, true}) {
+      FinalApproach approach({}, {}, FinalApproach::kAnywhere, is_holonomic);
+      PlanarPose base = from;
+      int moves = 0;
+      while (const auto velocity = approach.step(base, 0.001, 0.001, kTick)) {
+        EXPECT_LE(velocity->speed(), 0.1 + 1e-9);
+        EXPECT_LE(0.25 * velocity->speed(), std::hypot(base.x, base.y) + 1e-9);
+        EXPECT_LE(0.25 * std::abs(velocity->turn), std::abs(base.yaw) + 1e-9);
+        base = advance(base, *velocity, kTick);
+        if (++moves > 2000) break;
+      }
+      EXPECT_LT(moves, 1000);
+      EXPECT_LT(std::hypot(base.x, base.y), 0.006);
+      EXPECT_LT(std::abs(base.yaw), 0.004);
+    }
+  }
+}
+
+TEST(FinalApproach, avoidsToDriveWhereNobodyLooksFartherThanATenthOfAMeter) {
+  struct Approach {
+    double back = 0, turned = 0;
+    bool is_left_aside = false;
+    PlanarPose end;
+    Approach(const PlanarPose& from, const HeadingRange& headings, bool is_holonomic) : end(from) {
+      FinalApproach approach({}, {}, headings, is_holonomic);
+      approach.avoidUnseen(true);
+      for (int i = 0; i < 3000; ++i) {
+        const auto velocity = approach.step(end, 0.001, 0.001, kTick);
+        if (!velocity) break;
+        back = std::max(back, -velocity->forward);
+        end = advance(end, *velocity, kTick);
+        turned = std::max(turned, std::abs(end.yaw));
+      }
+      is_left_aside = approach.isLeftAside();
+    }
+    double error() const { return std::hypot(end.x, end.y); }
+  };
+  const Approach near({0.09, 0, 0}, kStraight, false), far({0.2, 0, 0}, kStraight, false);
+  EXPECT_LT(near.error(), 0.006);
+  EXPECT_GT(near.back, 0);
+  EXPECT_TRUE(far.is_left_aside);
+  EXPECT_EQ(far.back, 0);
+  const Approach round({0.2, 0, 0}, FinalApproach::kAnywhere, false);
+  EXPECT_LT(round.error(), 0.0075);
+  EXPECT_GT(round.turned, kPi / 2) << "it looks where it drives";
+  const Approach ahead({-0.2, 0, 0}, kStraight, false);
+  EXPECT_LT(ahead.error(), 0.006);
+  EXPECT_FALSE(ahead.is_left_aside);
+  EXPECT_TRUE(Approach({0, 0.2, 0}, kStraight, true).is_left_aside);
+  EXPECT_LT(Approach({0.06, 0.06, 0.1}, kStraight, true).error(), 0.006);
 }
 
 TEST(FinalApproach, leavesAnErrorBesideAStraightEndRatherThanTurnFarForIt) {

@@ -140,6 +140,20 @@ TEST_F(Gate, takesAPositionAtTheEndOfARangeAndAnyOfAJointThatTurnsWithoutAnEnd) 
   EXPECT_EQ(whyNot(), "");
 }
 
+/// Such a goal is refused when it is sent; what there is of it is looked at.
+TEST_F(Gate, bearsAGoalWhosePointsHaveOtherNumbersThanItHasJoints) {
+  for (const std::vector<double>& positions : {std::vector<double>{}, {0.1}, {0.1, 0.2, 0.3}}) {
+    const Schema schema = schemaOf(kArm);
+    Value goal = decode(schema, goalOf(kElbow, {{1, 0}, {2, 0.1}}));
+    test::at(goal, "goal.trajectory.joint_names") = Array{kElbow, std::string("wrist_roll_joint")};
+    Array& points = std::get<Array>(test::at(goal, "goal.trajectory.points"));
+    valueAt(points[1], "positions") = numberArray(positions);
+    valueAt(points[1], "velocities") = numberArray(positions);
+    record(kArm, 0, encode(schema, goal));
+  }
+  EXPECT_EQ(whyNot(), "");
+}
+
 TEST_F(Gate, refusesTimesThatDoNotRise) {
   record(kArm, 500, goalOf(kElbow, {{1, 0}, {1, 0.1}}));
   EXPECT_EQ(whyNot(), kArm.topic +
@@ -176,6 +190,15 @@ TEST_F(Gate, looksAtTheWayToTheFirstPoint) {
   recordJoint(0, 2000, kElbow, 0);
   record(kArm, 1000, goalOf(kElbow, {{0.1, 1}, {2, 1.1}}));
   EXPECT_NE(whyNot().find("velocity of elbow_flex_joint of 10 "), std::string::npos) << whyNot();
+}
+
+TEST_F(Gate, doesNotTakeASlideForATurn) {
+  limits.other_joints.velocity = 1;
+  recordJoint(0, 2000, "torso_lift_joint", 0);
+  recordJoint(0, 2000, "wrist_roll_joint", 0);
+  record(kArm, 1000, goalOf("wrist_roll_joint", {{1, 6.3}, {2, 6.4}}));
+  record(kArm, 1100, goalOf("torso_lift_joint", {{1, 6.3}, {2, 6.4}}));
+  EXPECT_NE(whyNot().find("velocity of torso_lift_joint of 6.3 "), std::string::npos) << whyNot();
 }
 
 TEST_F(Gate, looksAtAGoalThatIsUnderWayWhereTheReplayBegins) {

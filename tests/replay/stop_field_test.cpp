@@ -71,6 +71,9 @@ TEST(StopField, followsATopicWhoseTypeChanges) {
   StopField field("runstopped", true);
   EXPECT_TRUE(field.stops(kState, kDefinition, state(0, 1, 0)));
   EXPECT_TRUE(field.stops("my_msgs/Other", "uint8 first\nbool runstopped\n", {0, 1}));
+  EXPECT_THROW(field.stops("std_msgs/Bool", "bool data\n", {1}), MessageError);
+  EXPECT_TRUE(field.stops("my_msgs/Other", "uint8 first\nbool runstopped\n", {0, 1}));
+  EXPECT_FALSE(field.stops("my_msgs/Other", "uint8 first\nbool runstopped\n", {1, 0}));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/simulated_scan.hpp"
@@ -275,15 +276,15 @@ TEST(FloorScan, tellsHowMuchFartherThanAPointTheNearestThingBesideItLies) {
 }
 
 TEST(FloorScan, beginsAFullCircleAnywhere) {
-  for (const double begin : {0., -2 * kPi, -kPi}) {
+  for (const auto& [begin, beam] : {std::pair(0., 12u), {-2 * kPi, 4u}, {-kPi, 4u}}) {
     RangeScan ranges;
     ranges.angle_min = begin;
     ranges.angle_increment = kPi / 8;
     ranges.range_max = 10;
     ranges.ranges.assign(16, std::nanf(""));
-    ranges.ranges[4] = 2;  // a quarter turn on
+    ranges.ranges[beam] = 2;
     const FloorScan scan(ranges, {}, nullptr, {});
-    const double there = begin + kPi / 2;
+    const double there = begin + beam * kPi / 8;
     EXPECT_TRUE(scan.sees(toward(there))) << begin;
     EXPECT_FALSE(scan.sees(toward(there + kPi / 2))) << begin;
     EXPECT_FALSE(scan.sees(toward(there + kPi))) << begin;
