@@ -175,11 +175,11 @@ TEST_F(ApproachOf, refusesAWayThatWasNotRecordedAndNamesEveryJointAndTheWayOut) 
 
 TEST_F(ApproachOf, namesFirstTheJointThatIsFarthestForOneOfItsKind) {
   try {
-    approach().wayTo({"elbow", "torso_lift"}, {0, 0}, {0.9, 0.1}, {0});
+    approach().wayTo({"elbow", "torso_lift", "wrist"}, {0, 0, 0}, {0.9, 0.1, 0.2}, {0});
     ADD_FAILURE() << "nobody has recorded that";
   } catch (const ApproachRefused& refusal) {
-    EXPECT_EQ(std::string(refusal.what()).find("it would move torso_lift by 0.10 m, elbow by"), 0u)
-        << refusal.what();
+    const std::string why = "it would move torso_lift by 0.10 m, elbow by 0.90 rad on a way that";
+    EXPECT_EQ(std::string(refusal.what()).find(why), 0u) << refusal.what();
   }
 }
 
@@ -259,6 +259,16 @@ TEST_F(ApproachOf, endsWhereTheBaseWasStillOnItsWay) {
   base = PoseTrack({{{-12 * kSecond}, {0, 0, 0}}, {{-3 * kSecond}, {0, 0, 0}}, {{0}, {0, 0, 0}}},
                    "map", true);
   EXPECT_EQ(whyNot({0, 0}), "");
+  const auto standsOff = [&](const PlanarPose& pose) {
+    base = PoseTrack(
+        {{{-12 * kSecond}, pose}, {{-4 * kSecond}, pose}, {{-3 * kSecond}, {}}, {{0}, {}}}, "map",
+        true);
+    return whyNot({0, 0});
+  };
+  EXPECT_EQ(standsOff({0.05, 0, 0}), "") << "as far as it may stand from where it did";
+  EXPECT_EQ(standsOff({0, 0, 3 / kDegreesPerRadian}), "");
+  EXPECT_NE(standsOff({0.08, 0, 0}), "");
+  EXPECT_NE(standsOff({0, 0, 5 / kDegreesPerRadian}), "");
   base = PoseTrack({{{-12 * kSecond}, {0, 0, 0}}, {{-3 * kSecond}, {1, 0, 0}}, {{0}, {1, 0, 0}}},
                    "map", true);
   EXPECT_NE(whyNot({0, 0}), "") << "the elbow was moved elsewhere";
@@ -274,7 +284,10 @@ TEST_F(ApproachOf, isBoundedForEachJointAndForAll) {
             "by itself; the robot has to be brought nearer");
   const std::vector<std::string> three = {"a", "b", "c"};
   EXPECT_THROW(approach().wayTo(three, {0, 0, 0}, {3, 3, 3}, {0}), ApproachRefused);
-  EXPECT_NO_THROW(approach().wayTo(three, {0, 0, 0}, {3, 3, 1.9}, {0}));
+  EXPECT_NO_THROW(approach().wayTo(three, {0, 0, 0}, {3, 3, 2}, {0})) << "8 rad";
+  EXPECT_NO_THROW(approach().wayTo({"a"}, {0}, {3.2}, {0}));
+  EXPECT_EQ(approach().wayTo({"a"}, {0}, {0.2}, {0}).kind, Kind::Short);
+  EXPECT_EQ(approach().wayTo({"a"}, {0}, {0.21}, {0}).kind, Kind::Unchecked);
   EXPECT_THROW(approach().wayTo({"torso_lift"}, {0}, {0.41}, {0}), ApproachRefused);
 }
 

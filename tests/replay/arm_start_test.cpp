@@ -142,8 +142,10 @@ TEST_F(ArmStartOf, refusesAJointThatIsElsewhereAndSaysWhatHelps) {
   EXPECT_EQ(whyNot(both, 0),
             "elbow is 0.80 rad off (now 0.80, then 0.00): --to-start (~to_start) takes it there "
             "first");
-  live["elbow"].position = 0.04;
-  EXPECT_EQ(whyNot(both, 0), "");
+  live["elbow"].position = 0.05;
+  EXPECT_EQ(whyNot(both, -500), "");
+  live["elbow"].position = 0.051;
+  EXPECT_NE(whyNot(both, -500), "");
 }
 
 TEST_F(ArmStartOf, takesAJointInMotionToBeWhereItWasAroundTheMoment) {
@@ -518,6 +520,9 @@ TEST_F(ArmStartOf, thinsSamplesThatComeFasterThanEveryTenMilliseconds) {
   for (int ms = 0; ms <= 100; ++ms) fast.add("elbow", {ms * kMs}, ms * 0.01);
   EXPECT_NEAR(fast.around("elbow", {100 * kMs}, 0)->at, 1.0, 1e-9) << "the newest is kept";
   EXPECT_NEAR(fast.around("elbow", {50 * kMs}, 0)->at, 0.5, 1e-9);
+  JointTrack shaken;
+  for (int ms = 0; ms <= 100; ms += 5) shaken.add("elbow", {ms * kMs}, ms % 10);
+  EXPECT_EQ(shaken.around("elbow", {50 * kMs}, 10 * kMs)->most, 5) << "each second one is enough";
 }
 
 }  // namespace

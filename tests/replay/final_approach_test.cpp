@@ -92,6 +92,22 @@ TEST(FinalApproach, looksOnceItKnowsItsPlaceOrLearnsNoMore) {
   EXPECT_NEAR(begins([](double now) { return PoseError{0.05 - 0.02 * now, 0.004}; }), 2.2, 0.05);
 }
 
+TEST(FinalApproach, leavesABaseAloneThatStandsWithinItsTolerances) {
+  const auto attempts = [](const PlanarPose& base) {
+    FinalApproach approach({}, {});
+    for (double now = 0; now < 1; now += kTick) (void)approach.step(base, 0.001, 0.001, kTick);
+    return approach.attempts();
+  };
+  for (const double sign : {-1., 1.}) {
+    EXPECT_EQ(attempts({sign * 0.006, 0, 0}), 0);
+    EXPECT_EQ(attempts({sign * 0.0061, 0, 0}), 1);
+    EXPECT_EQ(attempts({0.006, sign * 0.003, 0}), 0) << "as near as a straight move would bring it";
+    EXPECT_EQ(attempts({0.006, sign * 0.0031, 0}), 1);
+    EXPECT_EQ(attempts({0, 0, sign * 0.004}), 0);
+    EXPECT_EQ(attempts({0, 0, sign * 0.0041}), 1);
+  }
+}
+
 TEST(FinalApproach, givesUpABaseThatIsStuck) {
   const Stuck stuck([](double) { return PoseError{0.001, 0.001}; });
   EXPECT_EQ(stuck.attempts, 3);
@@ -137,7 +153,7 @@ TEST(FinalApproach, avoidsToDriveWhereNobodyLooksFartherThanATenthOfAMeter) {
     }
     double error() const { return std::hypot(end.x, end.y); }
   };
-  const Approach near({0.09, 0, 0}, kStraight, false), far({0.2, 0, 0}, kStraight, false);
+  const Approach near({0.1, 0, 0}, kStraight, false), far({0.2, 0, 0}, kStraight, false);
   EXPECT_LT(near.error(), 0.006);
   EXPECT_GT(near.back, 0);
   EXPECT_TRUE(far.is_left_aside);

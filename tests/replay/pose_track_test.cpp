@@ -73,6 +73,9 @@ TEST(PoseTrack, isIncompleteWhereTheBaseMovedUnseen) {
                    "map", true);
   turned.gaps = {{stampAt(1), stampAt(2)}};
   EXPECT_EQ(whyIncomplete(turned, stampAt(1), stampAt(3)), "") << "11 degrees";
+  PoseTrack crept({{stampAt(1), {}}, {stampAt(2), {0.1, 0, 0.25}}}, "map", true);
+  crept.gaps = {{stampAt(1), stampAt(2)}};
+  EXPECT_EQ(whyIncomplete(crept, stampAt(1), stampAt(2)), "") << "so much is borne";
   turned.gaps.push_back({stampAt(2), stampAt(3)});
   EXPECT_EQ(whyIncomplete(turned, stampAt(1), stampAt(3)),
             "no pose was recorded for 1.0 s in which it went 0.00 m and turned 40 deg");
@@ -367,6 +370,24 @@ TEST(TrackBuilder, tellsAJumpsSizeByTheMeanOfWhatLocalizationSaidAroundIt) {
   EXPECT_NEAR(track.jumps[0].distance, std::hypot(0.4 - 0.02, -0.6 + 0.02), 1e-6);
   EXPECT_NEAR(track.jumps[0].turn, 0.25 - 0.02, 1e-6);
   EXPECT_NE(track.remarks[0].find(" and 13.2 deg, "), std::string::npos) << track.remarks[0];
+}
+
+TEST(BaseLocalizer, jumpsToWhereFiveLooksInARowSeeIt) {
+  const LocalizationNoise noise;
+  EXPECT_FALSE(isJump({}, {0.2, 0, 0.1745}, noise));
+  EXPECT_TRUE(isJump({}, {0.201, 0, 0}, noise));
+  EXPECT_TRUE(isJump({}, {0, 0, -0.175}, noise));
+  BaseLocalizer localizer(noise, {}, {}, stampAt(0));
+  const auto see = [&](int look, double x) {
+    localizer.correct({x, 1e-9 * look, 0}, stampAt(look));
+  };
+  for (int look = 1; look <= 4; ++look) see(look, 2);
+  EXPECT_EQ(localizer.pose().x, 0);
+  see(5, 0);
+  for (int look = 6; look <= 9; ++look) see(look, 2);
+  EXPECT_NEAR(localizer.pose().x, 0, 1e-6) << "four again";
+  see(10, 2);
+  EXPECT_NEAR(localizer.pose().x, 2, 1e-6);
 }
 
 /// The mean of two looks that are independent, the first of which was taken as it is.

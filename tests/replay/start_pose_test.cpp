@@ -267,6 +267,7 @@ TEST(StartPose, listsEveryJointThatIsOff) {
             (std::vector<std::string>{"finger is 0.020 m off (now 0.030, then 0.050)",
                                       "elbow is 0.06 rad off (now 0.06, then 0.00)"}))
       << "the farthest first, by what each may be off";
+  EXPECT_TRUE(jointDeviations({{{"elbow", 0}}, {}}, {{{"elbow", 0.05}}, {}}, {}).empty());
 }
 
 TEST(StartPose, refusesInThreeShortClausesHoweverManyJointsAreOff) {
@@ -304,6 +305,10 @@ TEST(StartPose, saysWhereTheBaseHasToGo) {
       baseDeviation(then, {{}, PlanarPose{0.6, 1.2, kPi / 2 + 0.1}}, {}),
       "the base is 0.45 m and 5.7 deg off (then 0.24 m behind and 0.38 m to the right, turned "
       "right)");
+  const StartPose origin{{}, PlanarPose{}};
+  EXPECT_EQ(baseDeviation(origin, {{}, PlanarPose{0.05, 0, 3 / kDegreesPerRadian}}, {}), "");
+  EXPECT_NE(baseDeviation(origin, {{}, PlanarPose{0.051, 0, 0}}, {}), "");
+  EXPECT_NE(baseDeviation(origin, {{}, PlanarPose{0, 0, 3.1 / kDegreesPerRadian}}, {}), "");
   EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf)");
   EXPECT_EQ(baseDeviation({}, {}, {}), "");
 }

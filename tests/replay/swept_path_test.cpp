@@ -167,6 +167,10 @@ TEST(FloorScan, hasNoPointsWhereNothingWasMeasured) {
   ASSERT_EQ(scan.points().size(), 1u);
   EXPECT_NEAR(scan.points()[0].at.x, 2 * std::cos(0.1), 1e-6);
   EXPECT_FALSE(scan.isBlind());
+  ranges.range_min = ranges.range_max = 2;
+  EXPECT_EQ(FloorScan(ranges, {}, nullptr, {}).points().size(), 1u) << "at both limits";
+  ranges.range_min = 0.1;
+  ranges.range_max = 10;
   ranges.ranges = {nan, inf, 0.05f, nan, 12};
   EXPECT_TRUE(FloorScan(ranges, {}, nullptr, {}).isBlind());
 }

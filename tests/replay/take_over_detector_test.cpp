@@ -142,6 +142,8 @@ TEST(TakeOverDetector, letsAMultiplexerThatRampsBeSlowerThanTold) {
   EXPECT_EQ(driven.onOutput(at(1500), "/smooth", velocity(0.3, -0.2)), kNobody);
   EXPECT_EQ(driven.onOutput(at(1500), "/smooth", velocity(-0.15)),
             "somebody else drives the base on /smooth");
+  EXPECT_EQ(driven.onOutput(at(1980 + 1000), "/smooth", velocity(0.6)), kNobody)
+      << "what was told two seconds ago";
   EXPECT_EQ(driven.onOutput(at(4500), "/smooth", velocity(0.3)),
             "somebody else drives the base on /smooth")
       << "long after it was told to stand";
