@@ -14,6 +14,7 @@ import time
 MINUTES = float(sys.argv[1]) if len(sys.argv) > 1 else 60
 HZ = float(sys.argv[2]) if len(sys.argv) > 2 else 1000
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from numbered import Heard, Talker, hear_the_rest, missing  # noqa: E402
 from ros2_world import WHY_NOT, Ros2Node, World, until  # noqa: E402
 
 if WHY_NOT:
@@ -22,39 +23,12 @@ import rospy  # noqa: E402
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from std_msgs.msg import Int32  # noqa: E402
 
-#: Both Pythons' own: numbers in turn, sent and heard.
-NUMBERS = """
-import threading, time
-class Heard:
-    count = lost = late = 0
-    def take(self, message):
-        self.lost += max(0, message.data - self.count)
-        self.late += message.data < self.count
-        self.count = max(self.count, message.data + 1)
-    def told(self):
-        return [self.count, self.lost, self.late]
-class Talker(threading.Thread):
-    count, is_ending = 0, False
-    def __init__(self, send, hz):
-        super().__init__(daemon=True)
-        self.send, self.hz = send, hz
-        self.start()
-    def run(self):
-        begin = time.monotonic()
-        while not self.is_ending:
-            self.send(self.count)
-            self.count += 1
-            time.sleep(max(0, begin + self.count / self.hz - time.monotonic()))
-    def end(self):
-        self.is_ending = True
-        self.join()
-"""
-ROBOT = NUMBERS + """
+ROBOT = """
+from numbered import Heard, Talker
 heard = Heard()
 node.create_subscription(type(message('std_msgs/Int32')), '/there', heard.take, qos(depth=100000))
 numbers = publisher('/here', 'std_msgs/Int32', depth=100000)
 """
-exec(NUMBERS)
 
 
 def cost_of(pid):
@@ -81,17 +55,7 @@ def line(begin):
              for name, (seconds, megabytes) in ((name, cost_of(pid)) for name, pid in programs.items())]
     print("{:6.1f} min   {}\n             {}\n             {}; load {}".format(
         minutes, *ways, ", ".join(costs), open("/proc/loadavg").read().split()[0]), flush=True)
-    return sum(there[1:] + heard.told()[1:]) + own.count - there[0] + sent - heard.count
-
-
-def hear_the_rest(sent):
-    """What waits in both Pythons' queues, as long as anything comes."""
-    told, since = None, time.monotonic()
-    while told != sent and time.monotonic() < since + 10:
-        now = [robot.run("answer = heard.count"), heard.count]
-        if now != told:
-            told, since = now, time.monotonic()
-        time.sleep(0.2)
+    return missing(own.count, there) + missing(sent, heard.told()) + there[2] + heard.late
 
 
 world = World("ros2_soak")
@@ -116,7 +80,7 @@ try:
     seconds = time.monotonic() - begin
     own.end()
     sent = robot.run("talker.end(); answer = talker.count")
-    hear_the_rest([own.count, sent])
+    hear_the_rest(lambda: [robot.run("answer = heard.count"), heard.count], [own.count, sent])
     lost = line(begin)
     print("{}: {} of {} + {} messages left out or out of order, {:.0f} + {:.0f} a second; the bridge's memory: {:.1f} MB "
           "after a second, {:.1f} MB at the end".format("FAILED" if lost else "passed", lost, own.count, sent,

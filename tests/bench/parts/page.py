@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 PAGES = Path(__file__).resolve().parents[3] / "assets/pages"
-LEFT, RIGHT, TOP, BELOW, LETTERS = 58, 14, 8, 26, 12
+LEFT, RIGHT, TOP, BELOW, LETTERS = 64, 14, 8, 26, 12
 WIDE, HALF = 960, 540  # px; of a plot alone, of one of two side by side
 
 
@@ -129,7 +129,7 @@ def time_axis(scale):
             drawn("text",
                   "soft middle",
                   number(moment, step) + (" min" if is_last else ""),
-                  x=coordinate(min(x, scale.width - 22)),
+                  x=coordinate(min(x, scale.width - 27)),
                   y=bottom + 19))
         moment += step
     return shapes
@@ -153,6 +153,8 @@ def drawing(lines, unit, minutes, low=None, levels=(), width=WIDE, height=170):
     if not values:
         return '<p class="soft">Nothing was seen.</p>'
     least, most = min(values), max(values)
+    if low == most:
+        most = low + 1
     room = max((most - least) * 0.08, abs(most) * 0.002, 1e-6)
     scale = Scale(width, height, minutes, least - room if low is None else min(low, least),
                   most + room)
