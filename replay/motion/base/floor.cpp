@@ -67,8 +67,7 @@ Footprint Footprint::circle(double radius) {
     throw std::invalid_argument("a footprint's radius has to be above 0 and at most 5 m");
   }
   Footprint footprint;
-  footprint.corners_ = {{0, 0}};
-  footprint.rounding_ = footprint.radius_ = radius;
+  footprint.radius_ = radius;
   return footprint;
 }
 
@@ -90,8 +89,8 @@ Footprint Footprint::polygon(const std::vector<std::array<double, 2>>& corners) 
 }
 
 double Footprint::distanceTo(const FloorPoint& point) const {
-  if (corners_.size() == 1) {
-    return std::hypot(point.x, point.y) - rounding_;
+  if (corners_.empty()) {
+    return std::hypot(point.x, point.y) - radius_;
   }
   double nearest = std::numeric_limits<double>::infinity();
   bool is_inside = true;
@@ -105,11 +104,11 @@ double Footprint::distanceTo(const FloorPoint& point) const {
 
 std::vector<FloorPoint> Footprint::outline() const {
   std::vector<FloorPoint> points;
-  if (corners_.size() == 1) {
-    const int count = std::max(16, static_cast<int>(std::ceil(2 * kPi * rounding_ / kOutlineStep)));
+  if (corners_.empty()) {
+    const int count = std::max(16, static_cast<int>(std::ceil(2 * kPi * radius_ / kOutlineStep)));
     for (int i = 0; i < count; ++i) {
       const double angle = 2 * kPi * i / count;
-      points.push_back({rounding_ * std::cos(angle), rounding_ * std::sin(angle)});
+      points.push_back({radius_ * std::cos(angle), radius_ * std::sin(angle)});
     }
     return points;
   }

@@ -44,8 +44,7 @@ class Footprint {
   std::vector<FloorPoint> outline() const;
 
  private:
-  std::vector<FloorPoint> corners_;  ///< counter-clockwise; one: of a circle
-  double rounding_ = 0;              ///< m that the outline lies outside of the corners' hull
+  std::vector<FloorPoint> corners_;  ///< counter-clockwise; none: a circle
   double radius_ = 0;
 };
 
