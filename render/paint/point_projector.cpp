@@ -187,7 +187,8 @@ PointRun PointProjector::project(const PointCloud& cloud, const Color& color,
   for (const Part& part : parts) {
     if (part.count == 0) continue;
     const ScreenPoint* from = points.data() + run.first + part.begin;
-    std::copy(from, from + part.count, points.data() + used);  // closes the gap; to the front
+    // Closes the gap; to the front.
+    if (from != points.data() + used) std::copy(from, from + part.count, points.data() + used);
     one_color = one_color && part.one_color && (run.count == 0 || part.first_color == some_color);
     some_color = part.first_color;
     depth_sum += part.depth_sum;
