@@ -77,7 +77,7 @@ struct StartPoseOf : testing::Test {
     behavior.name = "reach";
     behavior.begin = {kBegin};
     behavior.end = Stamp{kBegin + 10'000 * kMs};
-    behavior.topics = {arm.topic, gripper.topic, drive.topic};
+    behavior.topics = {arm.topic, gripper.topic, drive.topic, command.topic};
     behavior.id = store->addBehavior(behavior);
     PlanOptions options;
     options.start_s = start_s;
@@ -108,6 +108,8 @@ struct StartPoseOf : testing::Test {
                           "control_msgs/GripperCommandGoal", "GripperCommand command\n",
                           "control_msgs/GripperCommand", "float64 position\nfloat64 max_effort\n"));
   Channel drive = twistChannel("/cmd_vel");
+  Channel command =
+      channelOf("/arm_controller/command", "trajectory_msgs/JointTrajectory", kBareTrajectory);
   Channel tf = channelOf("/tf", "tf2_msgs/TFMessage", kTfMessage);
   PlayPlan plan;
   MovedParts parts;
@@ -230,6 +232,15 @@ TEST_F(StartPoseOf, knowsTheBaseBetterTheMoreLooksLocalizationTookAtIt) {
   EXPECT_LT(pose.base_share.position, 0.6);
   EXPECT_GT(pose.base_share.yaw, 0.02);
   EXPECT_LT(pose.base_share.yaw, 0.6);
+}
+
+TEST_F(StartPoseOf, hasTheJointsOfTrajectoriesThatAreNoGoals) {
+  recordJoints(-100, {{"elbow", 0.4}, {"wrist", 1}});
+  Value trajectory = blank(command);
+  at(trajectory, "joint_names") = Array{std::string("elbow")};
+  record(command, 1000, encode(schemaOf(command), trajectory));
+  EXPECT_EQ(read().joints, (std::map<std::string, double>{{"elbow", 0.4}}));
+  EXPECT_TRUE(parts.moves_joints);
 }
 
 TEST_F(StartPoseOf, takesATopicWithoutMessagesToMoveNothing) {
