@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kTimePeriod{100};
 constexpr int kTicksToLook = 10;
-constexpr std::uint32_t kRosQueue = 100;  // messages
 /// The words of Foxglove's own bridge, which tools know and explain.
 constexpr const char* kLost = "Send buffer limit reached";
 constexpr double kBack_s = 1;  // a time so much earlier is a new one: a simulation began anew
@@ -172,7 +171,7 @@ FoxgloveLiveSession::FoxgloveLiveSession(std::shared_ptr<FoxgloveLive> live,
 FoxgloveLiveSession::~FoxgloveLiveSession() { live_->leave(*this); }
 
 ros::Time FoxgloveLiveSession::tellTime() {
-  const std::lock_guard<std::mutex> lock(time_mutex_);
+  const std::lock_guard<std::mutex> lock(told_mutex_);
   const ros::Time now = ros::Time::now();
   if (now <= told_ && (told_ - now).toSec() < kBack_s) return now;
   told_ = now;
@@ -187,7 +186,8 @@ void FoxgloveLiveSession::begin(const FoxgloveSubscription& subscription,
     const topic_tools::ShapeShifter& message = *event.getConstMessage();
     if (message.getMD5Sum() == md5) pass(id, message);
   };
-  options.initByFullCallbackType<const AnyMessage&>(channel.topic, kRosQueue, take);
+  options.initByFullCallbackType<const AnyMessage&>(channel.topic, 0, take);
+  immediately_.take(options);
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   ros::Subscriber& subscriber = subscribers_[subscription.id];
   subscriber = live_->node().subscribe(options);
@@ -195,7 +195,7 @@ void FoxgloveLiveSession::begin(const FoxgloveSubscription& subscription,
     say(FoxgloveLevel::Error, "no ROS master answers: nothing comes of " + channel.topic);
 }
 
-/// In the one thread of the callbacks.
+/// In roscpp's network thread, but for what is latched, or published by this process.
 void FoxgloveLiveSession::pass(std::uint32_t subscription,
                                const topic_tools::ShapeShifter& message) {
   const auto now = static_cast<std::int64_t>(tellTime().toNSec());
@@ -204,6 +204,7 @@ void FoxgloveLiveSession::pass(std::uint32_t subscription,
                                      message.size());
   message.write(stream);
   if (frames().pushLive(std::move(frame)) == 0) return;
+  const std::lock_guard<std::mutex> lock(told_mutex_);
   const ros::SteadyTime at = ros::SteadyTime::now();
   if ((at - lost_).toSec() < 1) return;
   lost_ = at;

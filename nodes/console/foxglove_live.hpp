@@ -15,6 +15,7 @@
 
 #include "nodes/console/foxglove_protocol.hpp"
 #include "nodes/tools/callback_thread.hpp"
+#include "nodes/tools/immediate_callbacks.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/clock/worker_thread.hpp"
 #include "replay/messages/definitions.hpp"
@@ -86,9 +87,11 @@ class FoxgloveLiveSession final : public FoxgloveSession {
   void pass(std::uint32_t subscription, const topic_tools::ShapeShifter& message);
 
   const std::shared_ptr<FoxgloveLive> live_;
-  std::mutex time_mutex_;
+  std::mutex told_mutex_;  ///< the next two
   ros::Time told_;
   ros::SteadyTime lost_;  ///< the time at which the client was told that messages were lost
+  /// Only the queue of frames drops messages, and says so.
+  ImmediateCallbacks immediately_;
   std::map<std::uint32_t, ros::Subscriber> subscribers_;  ///< last: their callbacks use the rest
 };
 
