@@ -191,8 +191,9 @@ void FoxgloveLiveSession::begin(const FoxgloveSubscription& subscription,
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   ros::Subscriber& subscriber = subscribers_[subscription.id];
   subscriber = live_->node().subscribe(options);
-  if (!subscriber)
+  if (!subscriber) {
     say(FoxgloveLevel::Error, "no ROS master answers: nothing comes of " + channel.topic);
+  }
 }
 
 /// In roscpp's network thread, but for what is latched, or published by this process.

@@ -215,6 +215,7 @@ void RecordingManager::lookForTopics() {
       if (running.request.choice.isOpen()) open[id] = running.request;
     }
   }
+  // askTopicTypes() throws where no master answers; the listener would wait for one while locked.
   listener_.renew(askTopicTypes(deadlineIn(1.0)));
   for (const auto& [id, request] : open) {
     const std::vector<std::string> topics = topicsNow(request);

@@ -137,9 +137,9 @@ class Registration {
   replay::RepeatingThread thread_;  ///< last: uses all of the above
 };
 
-/// Has roscpp give up after a second what it asks of a master that is gone, for which it waits for
-/// ever else, so that no stop could end the program. A subscription is empty then (`!subscriber`),
-/// and to be tried again. To be called once the node has begun.
+/// Makes roscpp give up after a second where no master answers; otherwise it waits for one for
+/// ever, and no stop can end the program. A subscription that was given up is empty
+/// (`!subscriber`), and has to be tried again. A node calls this once it has begun.
 void boundWaitsForMaster();
 
 /// Returns the other publisher of /clock, by the master; empty: there is none. Throws

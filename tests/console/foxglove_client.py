@@ -23,8 +23,9 @@ class Client:
     """Until close(). All that the server says is in `events`, or goes where a subclass's take() puts it."""
     def __init__(self, build, url, *protocols):
         self.events = []
-        self.process = subprocess.Popen(["node", os.path.join(HERE, "foxglove_client.js"), modules(build), url, *protocols],
-                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True)
+        program = os.path.join(HERE, "foxglove_client.js")
+        self.process = subprocess.Popen(["node", program, modules(build), url, *protocols], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, universal_newlines=True)
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 

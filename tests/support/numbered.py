@@ -1,4 +1,4 @@
-"""Numbers in turn, sent and heard, by rospy as by rclpy: what is left out, comes late or comes twice shows."""
+"""Numbers in turn, sent and heard by rospy and rclpy alike: they tell what was left out, came late or came twice."""
 import threading
 import time
 
