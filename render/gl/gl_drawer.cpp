@@ -147,7 +147,7 @@ class GlScreen {
     setAttribute<glm::u8vec4>(triangle_array_, 2, offsetof(LightVertex, color));
   }
 
-  /// `is_painted`: it is points alone, without masks.
+  /// `is_painted`: points are all there is to come, without masks.
   void begin(bool is_painted) {
     is_painted_ = is_painted;
     if (is_painted) return lists_.beginPainting();
@@ -287,19 +287,13 @@ class GlDrawer final : public ImageDrawer {
     is_begun_ = true;
     GpuLists& lists = screen_->lists().lists();
     lists.begin();
+    screen_->begin(isOfPoints(composed));
     masks_.begin(composed);
     TriangleExpander::send(masks_, lists.upload(), gpu_masks_);
+    glFlush();  // a GPU clears many samples as long as the CPU needs for its triangles
     layers_.resize(composed.layers.size());
-    bool is_painted = composed.masks.empty();
-    for (std::size_t i = 0; i < layers_.size(); ++i) {
-      expand(composed.layers[i], layers_[i]);
-      is_painted = is_painted && std::all_of(layers_[i].pieces.begin(), layers_[i].pieces.end(),
-                                             [](const Piece& piece) {
-                                               return piece.kind == Piece::Kind::Points;
-                                             });
-    }
+    for (std::size_t i = 0; i < layers_.size(); ++i) expand(composed.layers[i], layers_[i]);
     lists.end();
-    screen_->begin(is_painted);
     for (const LayerLight& light : layers_) {
       const int mask = light.layer.mask;
       screen_->draw(light, mask < 0 ? nullptr : &masks_.masks[static_cast<std::size_t>(mask)],
@@ -314,6 +308,15 @@ class GlDrawer final : public ImageDrawer {
   }
 
  private:
+  /// Returns true if it is points alone, without masks.
+  static bool isOfPoints(const ComposedImage& composed) {
+    const auto isPoints = [](const Drawable* step) { return pixelCloud(step->shape) != nullptr; };
+    return composed.masks.empty() &&
+           std::all_of(composed.layers.begin(), composed.layers.end(), [&](const auto& layer) {
+             return std::all_of(layer.steps.begin(), layer.steps.end(), isPoints);
+           });
+  }
+
   void expand(const ComposedLayer& layer, LayerLight& light) {
     if (light.isOf(layer)) {
       for (ListLight& list : light.lists) list.list->is_used = true;

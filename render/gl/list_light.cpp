@@ -131,6 +131,7 @@ void GpuLists::sendPoints(const PointList& points, GpuList& list) {
   if (first != points.end()) list.first = *first;
   list.points = memory(points.size() * sizeof(points[0]));
   upload_.send(list.points);
+  glFlush();  // they are on their way while the colors are written
 }
 
 template <typename Colors>
@@ -316,10 +317,15 @@ void ListPainter::bind(const Program& program, const ListLight& light) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, colors.id());
 }
 
-void ListPainter::beginPainting() {
-  painted_.reserve(4 * static_cast<std::size_t>(image_size_.prod()));
-  glClearNamedBufferSubData(painted_.buffer.id(), GL_R32UI, 0, 4 * GLsizeiptr{image_size_.prod()},
-                            GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+/// The first list writes every pixel: to clear them takes a GPU as long as a third of the painting.
+const Buffer& ListPainter::painted() {
+  if (is_unpainted_) {
+    const GLsizeiptr bytes = 4 * GLsizeiptr{image_size_.prod()};
+    painted_.reserve(static_cast<std::size_t>(bytes));
+    glClearNamedBufferSubData(painted_.buffer.id(), GL_R32UI, 0, bytes, GL_RED_INTEGER,
+                              GL_UNSIGNED_INT, nullptr);
+  }
+  return painted_.buffer;
 }
 
 void ListPainter::drawPoints(const ListLight& light, const Texture* depths) {
@@ -357,6 +363,8 @@ void ListPainter::paint(const ListLight& light, const Texture* depths) {
   setUniform(tile_program_, "list_count", static_cast<GLint>(count));
   setUniform(paint_program_, "image_size", image_size_);
   setUniform(paint_program_, "sample_count", samples);
+  setUniform(paint_program_, "is_first", GLint{is_unpainted_});
+  is_unpainted_ = false;
   bind(tile_program_, light);
   const GpuMemory* memories[] = {&seen_, &tiles_, &items_, &painted_};
   for (GLuint i = 0; i < 4; ++i) {

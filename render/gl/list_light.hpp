@@ -115,12 +115,12 @@ class ListPainter {
   std::optional<Drawable> nearThings(const Drawable& drawable) const;
   void drawThings(const ListLight& light);
   /// Begins an image of points alone: painted() is black.
-  void beginPainting();
+  void beginPainting() { is_unpainted_ = true; }
   /// Draws points over painted(), or, with `depths`, over what is drawn and where that is not
   /// before them. Then it needs a viewport that covers the image, and changes how things are
   /// blended.
   void drawPoints(const ListLight& light, const Texture* depths);
-  const Buffer& painted() const { return painted_.buffer; }
+  const Buffer& painted();
 
  private:
   void setSizes(const PointList& points, ListLight& light);
@@ -135,6 +135,7 @@ class ListPainter {
   Eigen::Vector2i image_size_;
   Program thing_program_, tile_program_, paint_program_, lay_program_;
   GpuMemory seen_, tiles_, items_, painted_;
+  bool is_unpainted_ = true;
   std::vector<std::size_t> near_;  ///< the near ones of the last light's things
   VertexArray no_vertices_ = VertexArray::make();
 };
