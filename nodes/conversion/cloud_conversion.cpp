@@ -11,9 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "calib/parallel.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "render/compose/workers.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -131,8 +129,9 @@ struct CloudFields {
 /// Reads the points of one message whose sizes and fields have been checked.
 class CloudReader {
  public:
-  CloudReader(const PointCloud2& message, const CloudStyle& style, CloudFields fields)
-      : message_(message), style_(style), fields_(std::move(fields)) {
+  CloudReader(const PointCloud2& message, const CloudStyle& style, CloudFields fields,
+              render::Workers* workers)
+      : message_(message), style_(style), fields_(std::move(fields)), workers_(workers) {
     is_plain_ = std::all_of(fields_.xyz.begin(), fields_.xyz.end(),
                             [](const FieldReader& field) { return field.isPlainFloat(); });
     is_packed_ = style.color == ColorSource::Rgb8 || style.color == ColorSource::Mono8;
@@ -179,40 +178,42 @@ class CloudReader {
 
   /// Many points, one after the other, in the layout of nearly all clouds.
   bool isForSeveral(std::size_t all) const {
-    constexpr std::size_t kMany = 100'000;  // a few 0.1 ms: to start threads takes as long
     const bool has_gaps = message_.height > 1 &&
                           message_.row_step != std::uint64_t{message_.width} * message_.point_step;
     const bool is_usual = fields_.color.empty() || (is_packed_ && !fields_.color[0].isSwapped());
-    return all >= kMany && is_plain_ && is_usual && !has_gaps;
+    return workers_ != nullptr && render::Workers::areMany(all) && is_plain_ && is_usual &&
+           !has_gaps;
   }
 
-  /// Adds in parts: each processor reads a part to where that would lie if no point were left out;
+  /// Adds in parts: each worker reads a part to where that would lie if no point were left out;
   /// then the gaps close.
   void addShared(std::size_t all) {
-    const int threads = render::Workers::usualCount();
-    const auto parts = static_cast<std::size_t>(threads);
+    struct Part {
+      std::size_t begin = 0, used = 0;
+    };
     const bool has_colors = !fields_.color.empty();
     points_.resize(all);
     if (has_colors) colors_.resize(all);
-    std::vector<std::size_t> used(parts);
-    const auto begin = [&](std::size_t part) { return all * part / parts; };
-    calib::forEachIndex(parts, threads, [&](std::size_t part) {
-      const std::size_t first = begin(part), count = begin(part + 1) - first;
+    std::vector<Part> parts(static_cast<std::size_t>(workers_->sharers(all)));
+    workers_->share(all, [&](int worker, std::size_t first, std::size_t last) {
+      const std::size_t count = last - first;
       const std::uint8_t* point = message_.data.data() + first * message_.point_step;
-      used[part] = has_colors ? readPacked(point, count, message_.point_step, &points_[first],
-                                           &colors_[first])
-                              : readPlain(point, count, message_.point_step, &points_[first],
-                                          [](const std::uint8_t*) {});
+      const std::size_t used = has_colors ? readPacked(point, count, message_.point_step,
+                                                       &points_[first], &colors_[first])
+                                          : readPlain(point, count, message_.point_step,
+                                                      &points_[first], [](const std::uint8_t*) {});
+      parts[static_cast<std::size_t>(worker)] = {first, used};
     });
     std::size_t end = 0;
-    const auto close = [&](auto& list, std::size_t part) {
-      const auto from = list.begin() + static_cast<std::ptrdiff_t>(begin(part));
+    const auto close = [&](auto& list, const Part& part) {
+      const auto from = list.begin() + static_cast<std::ptrdiff_t>(part.begin);
       const auto to = list.begin() + static_cast<std::ptrdiff_t>(end);
-      if (from != to) std::copy(from, from + static_cast<std::ptrdiff_t>(used[part]), to);
+      if (from != to) std::copy(from, from + static_cast<std::ptrdiff_t>(part.used), to);
     };
-    for (std::size_t part = 0; part < parts; end += used[part++]) {
+    for (const Part& part : parts) {
       close(points_, part);
       if (has_colors) close(colors_, part);
+      end += part.used;
     }
     points_.resize(end);
     if (has_colors) colors_.resize(end);
@@ -311,6 +312,7 @@ class CloudReader {
   const PointCloud2& message_;
   const CloudStyle& style_;
   CloudFields fields_;
+  render::Workers* workers_;  ///< workers that share the reading; nullptr: this thread alone
   bool is_plain_ = false, is_packed_ = false;
   render::PointList points_;
   render::ByteColorList colors_;
@@ -348,7 +350,8 @@ std::optional<CloudFields> findFields(FieldFinder& finder, const CloudStyle& sty
 
 }  // namespace
 
-Converted<render::PointCloud> toPointCloud(const PointCloud2& message, const CloudStyle& style) {
+Converted<render::PointCloud> toPointCloud(const PointCloud2& message, const CloudStyle& style,
+                                           render::Workers* workers) {
   using Result = render::PointCloud;
   if (message.width == 0 || message.height == 0) return {Result{}, {}};
   if (std::string fault = sizeFault(message); !fault.empty()) return refused<Result>(fault);
@@ -357,7 +360,7 @@ Converted<render::PointCloud> toPointCloud(const PointCloud2& message, const Clo
   if (!fields) return refused<Result>(finder.fault());
   std::string remarks = sizeRemark(message);
   if (!finder.remarks().empty()) remarks += (remarks.empty() ? "" : "; ") + finder.remarks();
-  return {CloudReader(message, style, std::move(*fields)).read(), remarks};
+  return {CloudReader(message, style, std::move(*fields), workers).read(), remarks};
 }
 
 namespace {

@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "render/compose/workers.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -83,9 +84,11 @@ constexpr std::size_t kMostCloudPoints = std::size_t{1} << 20;
 /// cloud without points is a value without points, whatever its fields: it clears the layer. Axis
 /// colors are made later, when the cloud's place is known (colorByAxis). Refused: sizes that
 /// do not fit the data, missing fields and types other than these. Remarks: longer data, odd
-/// fields, more points than kMostCloudPoints. Pure; throws never.
+/// fields, more points than kMostCloudPoints. Workers share the reading of many points; without
+/// them this thread reads all. Pure; throws never.
 Converted<render::PointCloud> toPointCloud(const sensor_msgs::PointCloud2& message,
-                                           const CloudStyle& style);
+                                           const CloudStyle& style,
+                                           render::Workers* workers = nullptr);
 
 /// A field's place within a point, known to lie inside it.
 class FieldReader {

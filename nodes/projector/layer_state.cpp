@@ -303,8 +303,9 @@ LayerStatus LayerState::status() const {
   return status;
 }
 
-Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config) {
-  auto cloud = toPointCloud(message, config.cloud);
+Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config,
+                             render::Workers* workers) {
+  auto cloud = toPointCloud(message, config.cloud, workers);
   if (!cloud.value) return refused<Content>(cloud.reason);
   Content content = cloudContent(std::move(*cloud.value), config);
   const bool has_points = message.width > 0 && message.height > 0;

@@ -45,7 +45,8 @@ struct Content {
 /// Messages other than markers as their layer is configured to show them.
 /// Content without drawables clears the layer. Frame and stamp are left to the caller. Refusals and
 /// remarks are the conversions'. Pure; never throws.
-Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config);
+Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config,
+                             render::Workers* workers = nullptr);
 Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config);
 Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& config);
 Converted<Content> toContent(const geometry_msgs::PolygonStamped& message,

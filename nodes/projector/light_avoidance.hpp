@@ -44,6 +44,10 @@ class LightAvoidance {
   void add(std::size_t source, const MessageType& message, ros::Time now) {
     take(sources_[source], message.header, toContent(message, config_.sources[source].layer), now);
   }
+  void add(std::size_t source, const sensor_msgs::PointCloud2& message, ros::Time now) {
+    take(sources_[source], message.header,
+         toContent(message, config_.sources[source].layer, &workers_), now);
+  }
 
   /// Places what has come, over the surfaces as they lie now.
   void update(ros::Time now, const std::vector<render::SurfacePatch>& surfaces);
@@ -93,6 +97,7 @@ class LightAvoidance {
   std::optional<RobotSurface> robot_;
   std::string robot_problem_ = "the robot's description has not been read yet";
   std::map<std::string, FrameLookup> seen_from_;  ///< by the projector's frame
+  render::Workers workers_;
 };
 
 }  // namespace afterglow::nodes

@@ -84,6 +84,9 @@ class ProjectorScene {
   void add(std::size_t layer, const MessageType& message, ros::Time now) {
     addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
   }
+  void add(std::size_t layer, const sensor_msgs::PointCloud2& message, ros::Time now) {
+    addContent(layer, message.header, toContent(message, config_.layers[layer], &workers_), now);
+  }
   void add(std::size_t layer, const visualization_msgs::Marker& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::MarkerArray& message, ros::Time now);
   /// Each polygon by its own header.
@@ -167,6 +170,7 @@ class ProjectorScene {
   UnreadMeshes unread_;
   std::vector<LightOffset> offsets_;  ///< by projector
   std::optional<CommandedMotion> commanded_;
+  render::Workers workers_;
 };
 
 }  // namespace afterglow::nodes

@@ -15,9 +15,8 @@ namespace afterglow::render {
 /// Used from one thread at a time.
 class Workers {
  public:
-  /// The most workers; otherwise there are as many as processors that this process may use: an
-  /// image has not more work than that many share well.
-  static constexpr int kMost = 8;
+  /// The most workers; otherwise there are as many as processors that this process may use.
+  static constexpr int kMost = 16;
   static int usualCount();
 
   explicit Workers(int count = usualCount());

@@ -18,7 +18,6 @@
 #include <string>
 #include <vector>
 
-#include "calib/parallel.hpp"
 #include "render/compose/workers.hpp"
 #include "render/gl/observer_renderer.hpp"
 #include "render/projector_renderer.hpp"
@@ -70,13 +69,12 @@ std::vector<std::uint8_t> cloudBytes(std::size_t count) {
 /// As projector_node reads such bytes: by all processors, if they are many. Each time something
 /// differs: what does not would not be drawn.
 PointCloud cloudOf(const std::vector<std::uint8_t>& bytes, PointStyle style, float size,
-                   bool has_colors, unsigned time = 0) {
+                   bool has_colors, Workers& workers, unsigned time = 0) {
   const std::size_t count = bytes.size() / kStep;
   PointList points(count);
   ByteColorList colors(has_colors ? count : 0);
-  const std::size_t parts = count < 100'000 ? 1 : static_cast<std::size_t>(Workers::usualCount());
-  calib::forEachIndex(parts, static_cast<int>(parts), [&](std::size_t part) {
-    for (std::size_t i = count * part / parts; i < count * (part + 1) / parts; ++i) {
+  workers.share(count, [&](int, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
       std::memcpy(points[i].data(), &bytes[kStep * i], 3 * sizeof(float));
       if (!has_colors) continue;
       std::uint32_t rgb;
@@ -215,7 +213,7 @@ Scene sceneOf(std::vector<Drawable> drawables, float alpha = 1) {
   return {{layer}};
 }
 
-std::vector<Row> rows() {
+std::vector<Row> rows(Workers& workers) {
   std::vector<Row> all = {{"nothing", [](unsigned i) {
                              Layer layer;
                              layer.name = std::to_string(i);  // what stays is not drawn again
@@ -225,16 +223,17 @@ std::vector<Row> rows() {
                            }}};
   for (const std::size_t count : {19'200, 307'200, 1'000'000}) {
     const auto bytes = std::make_shared<std::vector<std::uint8_t>>(cloudBytes(count));
-    const auto cloud = [=](PointStyle style, float size, bool has_colors) {
-      return [=](unsigned i) {
-        return sceneOf({{{}, cloudOf(*bytes, style, size, has_colors, i), {}}});
+    const auto cloud = [bytes, &workers](PointStyle style, float size, bool has_colors) {
+      return [=, &workers](unsigned i) {
+        return sceneOf({{{}, cloudOf(*bytes, style, size, has_colors, workers, i), {}}});
       };
     };
     const std::string number = std::to_string(count);
     all.push_back({number + " points of 3 px", cloud(PointStyle::Points, 3, true)});
     if (count != 307'200) continue;
     all.push_back({number + " points, one color", cloud(PointStyle::Points, 3, false)});
-    const auto kept = std::make_shared<PointCloud>(cloudOf(*bytes, PointStyle::Points, 3, true));
+    const auto kept =
+        std::make_shared<PointCloud>(cloudOf(*bytes, PointStyle::Points, 3, true, workers));
     all.push_back({number + " points that stay, moved", [=](unsigned i) {
                      Scene scene = sceneOf({{{}, *kept, {}}});
                      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -261,11 +260,12 @@ void printProjector(GlContext& context, const std::string& only) {
   std::printf("%-32s %9s | %7s %7s %7s | %7s %7s %7s %7s %7s\n", "ms from bytes or values to image",
               "scene", "draw", "all", "p99", "begin", "finish", "(GPU)", "all", "p99");
   const GpuTimer gpu(context);
+  Workers workers;
   for (const Size& size : kSizes) {
     ProjectorRenderer cpu(context, lensOf(size), Drawing::Cpu);
     ProjectorRenderer gl(context, lensOf(size), Drawing::Gl);
     std::printf("%dx%d\n", size.width, size.height);
-    for (const Row& row : rows()) {
+    for (const Row& row : rows(workers)) {
       const bool is_usual =
           row.name == "nothing" || row.name.find("points of 3 px") != std::string::npos;
       if (size.width != kSizes[0].width && !is_usual) continue;

@@ -198,9 +198,10 @@ TEST(CloudConversion, takesTheFirstNumberOfAFieldOfAnotherCountAndSaysSo) {
   }
 }
 
-/// So many that several processors share them; what some leave out must not leave gaps.
+/// So many that workers share them; what some leave out must not leave gaps.
 TEST(CloudConversion, readsManyPointsInTheirOrder) {
   constexpr std::size_t kCount = 123'457;
+  render::Workers three(3);
   std::vector<Eigen::Vector3f> points, expected;
   std::vector<std::uint8_t> reds;
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -214,12 +215,14 @@ TEST(CloudConversion, readsManyPointsInTheirOrder) {
   for (std::size_t i = 0; i < kCount; ++i) {
     put<std::uint32_t>(message, 16 * i + 12, static_cast<std::uint32_t>(i & 0xff) << 16);
   }
-  EXPECT_EQ(toPointCloud(message, {}).value->points.get(), expected);
-  const auto cloud = toPointCloud(message, colored(ColorSource::Rgb8));
-  EXPECT_EQ(cloud.value->points.get(), expected);
-  ASSERT_EQ(cloud.value->colors.size(), reds.size());
-  for (std::size_t i = 0; i < reds.size(); ++i) {
-    ASSERT_EQ(cloud.value->colors[i], (render::Rgba{reds[i], 0, 0, 255})) << i;
+  for (render::Workers* workers : {&three, static_cast<render::Workers*>(nullptr)}) {
+    EXPECT_EQ(toPointCloud(message, {}, workers).value->points.get(), expected);
+    const auto cloud = toPointCloud(message, colored(ColorSource::Rgb8), workers);
+    EXPECT_EQ(cloud.value->points.get(), expected);
+    ASSERT_EQ(cloud.value->colors.size(), reds.size());
+    for (std::size_t i = 0; i < reds.size(); ++i) {
+      ASSERT_EQ(cloud.value->colors[i], (render::Rgba{reds[i], 0, 0, 255})) << i;
+    }
   }
 }
 
