@@ -47,11 +47,6 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
 
 const commands = {
   subscribe: ({ topic }) => topics.set(client.subscribe(channels.get(topic).id), channels.get(topic)),
-  unsubscribe: ({ topic }) => {
-    const [id] = [...topics].find(([, channel]) => channel.topic === topic);
-    client.unsubscribe(id);
-    tell("unsubscribed", { topic });
-  },
   get: ({ names }) => client.getParameters(names, "asked"),
   set: ({ name, value }) => client.setParameters([{ name, value }], "set"),
   publish: ({ topic }) => {
