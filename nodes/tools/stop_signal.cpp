@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
+#include <ctime>
 
 namespace afterglow {
 namespace nodes {
@@ -14,10 +15,15 @@ namespace {
 
 enum class Request { None, Signal, Shutdown };
 
-// What a signal handler may touch: an atomic without a lock, and a file descriptor.
+// coreutils' timeout sends its signal to its child and to its group, to which the child belongs.
+constexpr unsigned long kRepeated_ms = 100;
+
+// What a signal handler may touch: atomics without a lock, and a file descriptor.
 std::atomic<Request> request{Request::None};
 std::atomic<int> request_fd{-1};
-static_assert(ATOMIC_INT_LOCK_FREE == 2, "a signal handler must not wait for a lock");
+std::atomic<unsigned long> first_ms[NSIG];  // by signal; 0: it has not come
+static_assert(ATOMIC_INT_LOCK_FREE == 2 && ATOMIC_LONG_LOCK_FREE == 2,
+              "a signal handler must not wait for a lock");
 
 void note(Request what) {
   Request nothing = Request::None;
@@ -26,8 +32,28 @@ void note(Request what) {
   if (::write(request_fd, &one, sizeof one) < 0) return;  // it is readable already
 }
 
+bool isSecond(int signal) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const auto now_ms = static_cast<unsigned long>(now.tv_sec) * 1000 +
+                      static_cast<unsigned long>(now.tv_nsec) / 1000000;
+  unsigned long first = 0;
+  return !first_ms[signal].compare_exchange_strong(first, now_ms) && now_ms > first + kRepeated_ms;
+}
+
 extern "C" void onStopSignal(int) {
   const int error = errno;
+  note(Request::Signal);
+  errno = error;
+}
+
+/// The second signal ends the process once its handler, which blocks it, has returned.
+extern "C" void onStopSignalOrEnd(int signal) {
+  const int error = errno;
+  if (isSecond(signal)) {
+    ::signal(signal, SIG_DFL);
+    ::raise(signal);
+  }
   note(Request::Signal);
   errno = error;
 }
@@ -41,9 +67,8 @@ void openRequestFd() {
 void catchStopSignals(SecondSignal second) {
   openRequestFd();
   struct sigaction action {};
-  action.sa_handler = onStopSignal;
+  action.sa_handler = second == SecondSignal::EndsAtOnce ? onStopSignalOrEnd : onStopSignal;
   action.sa_flags = SA_RESTART;
-  if (second == SecondSignal::EndsAtOnce) action.sa_flags |= static_cast<int>(SA_RESETHAND);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaction(signal, &action, nullptr);
 }
 
@@ -70,6 +95,7 @@ void forgetStopRequest() {
   std::uint64_t many = 0;
   if (::read(request_fd, &many, sizeof many) < 0) many = 0;  // nobody waits for it
   request = Request::None;
+  for (std::atomic<unsigned long>& first : first_ms) first = 0;
 }
 
 int stopRequestFd() { return request_fd; }

@@ -12,8 +12,8 @@ namespace nodes {
 
 enum class SecondSignal { EndsAtOnce, IsIgnored };
 
-/// Makes SIGINT, SIGTERM and SIGHUP only set a flag from now on. A second signal ends the process
-/// at once, or is ignored.
+/// Makes SIGINT, SIGTERM and SIGHUP only set a flag from now on. The same signal again, more than
+/// 100 ms after the first, ends the process at once, or is ignored.
 void catchStopSignals(SecondSignal second = SecondSignal::EndsAtOnce);
 /// Makes a shutdown request of the ROS graph (rosnode kill, another node of the same name) set the
 /// flag from now on, too. roscpp itself would shut the publishers down before a last message can be
