@@ -260,7 +260,7 @@ void setChecks(ColorFit& fit, const std::map<Rgb, Eigen::Vector3d>& colors) {
   const double white = fit.response.white();
   std::vector<double> off;
   for (const auto& [color, seen] : colors) {
-    if (color == Rgb{} || onlyChannel(color)) continue;
+    if (!isCheck(color)) continue;
     off.push_back(
         colorDifference(labOf(fit.response.seen(color) / white), labOf(seen / white)));
   }
@@ -461,6 +461,19 @@ std::vector<Rgb> colorsToShow() {
   colors.push_back({0, 0, 0});
   colors.push_back({255, 255, 255});
   return colors;
+}
+
+bool isCheck(const Rgb& color) {
+  const auto lit = std::count_if(color.begin(), color.end(), [](int value) { return value > 0; });
+  return lit > 1 && color != Rgb{255, 255, 255};
+}
+
+std::string checksText(int checks, double median, const std::string& most, double off) {
+  if (checks == 0) return "No mixed color was photographed: nothing says how right this is.";
+  return fmt::format(
+      "{} mixed colors that were not fitted to\n"
+      "are seen {:.1f} from where they are expected ({}: {:.1f}).",
+      checks, median, most, off);
 }
 
 ColorFit fitColor(const std::vector<ColorSample>& samples) {

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -95,8 +96,8 @@ struct ColorReach {
 struct ColorFit {
   ColorResponse response;
   /// CIEDE2000 between what the response expects and what was seen, of photographs that it was not
-  /// fitted to: median, and the worst.
-  double check_median = 0, check_worst = 0;
+  /// fitted to: median, and the worst; NaN without any.
+  double check_median = std::numeric_limits<double>::quiet_NaN(), check_worst = check_median;
   int checks = 0;
   std::array<double, 3> gamma{};   ///< the power that is nearest to each channel's response
   std::vector<ColorReach> named;   ///< red, green, ... and how far off they are
@@ -107,10 +108,16 @@ struct ColorFit {
 /// with; black and white once more at the end, to see whether the camera adapts.
 std::vector<Rgb> colorsToShow();
 
-/// Fits black, white and three levels of each channel alone (255 among them); the colors that mix
-/// channels are checks. Throws ColorRefused: missing colors, a color seen twice that differs (the
-/// camera adapts), a camera that is over- or underexposed, a channel without light, channels that
-/// do not add up to white (a projector that mixes light in).
+/// Returns true for a color that is not fitted to, but checked: it mixes channels, in other shares
+/// than white does.
+bool isCheck(const Rgb& color);
+/// A sentence about the checks: their median, and how far off `most` of them are ("95 %").
+std::string checksText(int checks, double median, const std::string& most, double off);
+
+/// Fits black, white and three levels of each channel alone (255 among them). Throws ColorRefused:
+/// missing colors, a color seen twice that differs (the camera adapts), a camera that is over- or
+/// underexposed, a channel without light, channels that do not add up to white (a projector that
+/// mixes light in).
 ColorFit fitColor(const std::vector<ColorSample>& samples);
 
 std::string colorYaml(const ColorFit& fit);

@@ -203,12 +203,6 @@ Eigen::MatrixXd weightsOf(const std::vector<ColorFile>& files, const ColorRespon
   return (design.transpose() * design).inverse() * design.transpose();
 }
 
-/// Red, green and blue mix in it, in other shares than white's.
-bool isCheck(const Rgb& color) {
-  const int lit = (color[0] > 0 ? 1 : 0) + (color[1] > 0 ? 1 : 0) + (color[2] > 0 ? 1 : 0);
-  return lit > 1 && color != Rgb{255, 255, 255};
-}
-
 Eigen::Vector3d vectorOf(const cv::Vec3f& light) { return {light[2], light[1], light[0]}; }
 
 class TextureFitter {
@@ -371,6 +365,7 @@ class TextureFitter {
         off.push_back(colorDifference(labOf(expected / fit_.white), labOf(is / fit_.white)));
       }
     }
+    if (off.empty()) return;
     fit_.checks = static_cast<int>(checks_.size());
     fit_.check_median = percentile(off, 0.5);
     fit_.check_p95 = percentile(off, 0.95);

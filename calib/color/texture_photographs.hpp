@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,8 @@ struct TextureFit {
   ColorFit color;          ///< ColorFit of the mean
   double known_share = 0;  ///< share of the light on the surface that fell on known cells
   /// CIEDE2000, white being the even one, between what cells should look like and what was seen, of
-  /// mixed colors that the cells were not fitted to.
-  double check_median = 0, check_p95 = 0;
+  /// mixed colors that the cells were not fitted to; NaN without any.
+  double check_median = std::numeric_limits<double>::quiet_NaN(), check_p95 = check_median;
   int checks = 0;            ///< colors
   double white = 0;          ///< even white from where the projector was; camera's light
   double median_gray = 0;    ///< brightest gray that half of the cells reach

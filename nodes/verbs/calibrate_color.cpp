@@ -65,11 +65,10 @@ void printColors(const calib::ColorFit& fit, const CalibrateColorOptions& option
   std::cout << table.text()
             << fmt::format(
                    "color.yaml in {}: on this surface {:.0f} % of sRGB's colors are within reach "
-                   "(off by less than {:.0f}),\nwhite being the brightest gray that is. {} colors "
-                   "that were not fitted to are seen {:.1f} from where they\nare expected, the "
-                   "worst {:.1f}. Differences are CIEDE2000; the camera's RGB is taken for sRGB.\n",
-                   options.out, 100 * fit.share_reached, calib::kReachedDifference, fit.checks,
-                   fit.check_median, fit.check_worst);
+                   "(off by less than {:.0f}),\nwhite being the brightest gray that is. {}\n"
+                   "Differences are CIEDE2000; the camera's RGB is taken for sRGB.\n",
+                   options.out, 100 * fit.share_reached, calib::kReachedDifference,
+                   calib::checksText(fit.checks, fit.check_median, "the worst", fit.check_worst));
 }
 
 void runColor(const CalibrateColorOptions& options) {

@@ -102,12 +102,6 @@ nlohmann::ordered_json textureJson(const calib::TextureFit& fit, const std::stri
 }
 
 void printTexture(const calib::TextureFit& fit, const std::string& path) {
-  const std::string checked =
-      fit.checks == 0 ? "No mixed color was photographed: nothing says how right this is."
-                      : fmt::format(
-                            "{} mixed colors that were not fitted to\n"
-                            "are seen {:.1f} from where they are expected (95 %: {:.1f}).",
-                            fit.checks, fit.check_median, fit.check_p95);
   std::cout << fmt::format(
       "{}: cells of {:.1f} mm, {:.0f} % of those in the light are known.\n"
       "From here white is dimmed to {:.0f} % of what half of the surface could show, to be even;\n"
@@ -115,7 +109,9 @@ void printTexture(const calib::TextureFit& fit, const std::string& path) {
       "Differences are CIEDE2000; the camera's RGB is taken for sRGB.\n"
       "Add to the projector's configuration: textures: [{}]\n",
       path, 1000 * fit.texture.cell, 100 * fit.known_share, 100 * fit.white / fit.median_gray,
-      100 * fit.share_reached, checked, std::filesystem::path(path).filename().string());
+      100 * fit.share_reached,
+      calib::checksText(fit.checks, fit.check_median, "95 %", fit.check_p95),
+      std::filesystem::path(path).filename().string());
 }
 
 void runTexture(const CalibrateTextureOptions& options) {

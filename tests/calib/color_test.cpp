@@ -183,6 +183,20 @@ TEST(Color, theTableHasWhatIsSentForItsColors) {
   EXPECT_EQ(at(8, 0, 32), colorToSend(fit.response, {64, 0, 255}, 0.8).sent);
 }
 
+TEST(Color, isCheckedByMixturesAloneAndTellsWhereThereAreNone) {
+  Room room(5);
+  auto samples = room.samples();
+  EXPECT_EQ(fitColor(samples).checks, 8);
+  samples.erase(std::remove_if(samples.begin(), samples.end(),
+                               [](const ColorSample& sample) { return isCheck(sample.shown); }),
+                samples.end());
+  const ColorFit fit = fitColor(samples);
+  EXPECT_EQ(fit.checks, 0);
+  EXPECT_TRUE(std::isnan(fit.check_median) && std::isnan(fit.check_worst));
+  EXPECT_EQ(checksText(fit.checks, fit.check_median, "the worst", fit.check_worst),
+            "No mixed color was photographed: nothing says how right this is.");
+}
+
 TEST(Color, refusesWhatCannotBeMeasuredWith) {
   Room room(1);
   const auto good = room.samples();
