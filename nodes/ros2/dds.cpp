@@ -222,11 +222,8 @@ class MatchedGuids {
   template <typename Status>
   void take(const DdsGuid& guid, const Status& status) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (status.current_count_change > 0) {
-      guids_.insert(guid);
-    } else {
-      guids_.erase(guid);
-    }
+    if (status.current_count_change > 0) guids_.insert(guid);
+    if (status.current_count_change < 0) guids_.erase(guid);
   }
   std::vector<DdsGuid> all() const {
     const std::lock_guard<std::mutex> lock(mutex_);
