@@ -145,11 +145,13 @@ bool isSpool(const std::string& path) {
   return connection.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'outbox'") > 0;
 }
 
-/// Gives it another name, once all of it is in its one file.
+/// Gives it another name, once all of it is in its one file. The disk keeps the name before a store
+/// is begun under the old one.
 void setAside(const std::string& path, const std::string& aside) {
   const RecorderLock nobody_records(path);
   SqliteConnection(path, SqliteAccess::ReadWriteCreate).execute("PRAGMA journal_mode = DELETE");
   fs::rename(path, aside);
+  requireSyncedName(aside);
 }
 
 }  // namespace

@@ -450,13 +450,6 @@ std::string freePath(const std::string& path) {
   return free;
 }
 
-/// Has the disk keep the names in the store's folder, in their order.
-void requireSynced(const std::string& path) {
-  if (const int why = syncName(path); why != 0) {
-    throw fs::filesystem_error(path, std::error_code(why, std::generic_category()));
-  }
-}
-
 /// Puts `copy`, which has no log, in the place of the store, which becomes `aside`. At every moment
 /// there is a store at `path`: a recorder would begin an empty one where there is none. The log goes
 /// before: it would be taken for that of the copy.
@@ -468,9 +461,9 @@ void replaceStore(const std::string& path, const std::string& copy, const std::s
     if (fs::exists(path + suffix)) fs::rename(path + suffix, aside + suffix);
   }
   fs::permissions(copy, fs::status(path).permissions());
-  requireSynced(path);
+  requireSyncedName(path);
   fs::rename(copy, path);
-  requireSynced(path);
+  requireSyncedName(path);
 }
 
 void removeStore(const std::string& path) {

@@ -159,6 +159,12 @@ int syncName(const std::string& path) {
   return why;
 }
 
+void requireSyncedName(const std::string& path) {
+  if (const int why = syncName(path); why != 0) {
+    throw std::filesystem::filesystem_error(path, std::error_code(why, std::generic_category()));
+  }
+}
+
 std::string realFile(const std::string& path) {
   namespace fs = std::filesystem;
   constexpr int kMostLinks = 40;  // as the kernel follows

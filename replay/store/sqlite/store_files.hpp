@@ -67,6 +67,8 @@ void makePrivateFolder(const std::string& folder);
 /// need not. Returns 0 or the reason, an errno; 0 also where the file system cannot do it, or the
 /// folder is not to be read.
 int syncName(const std::string& path);
+/// The same; throws std::filesystem::filesystem_error with the reason.
+void requireSyncedName(const std::string& path);
 
 /// The file that a path leads to through symbolic links, also where it is not there yet; the path
 /// itself if it is no link.
