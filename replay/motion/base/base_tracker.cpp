@@ -393,11 +393,6 @@ PlanarVelocity BaseTracker::halt(Stamp now) {
   return command_.send(now);
 }
 
-std::optional<PlanarPose> BaseTracker::pose() const {
-  if (!localizer()) return {};
-  return localizer()->pose();
-}
-
 BaseReport BaseTracker::report() const {
   BaseReport report = report_;
   report.corrections = approach_.attempts();

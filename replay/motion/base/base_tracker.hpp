@@ -134,8 +134,6 @@ class BaseTracker {
   Stamp progress() const { return path_.now(); }
   /// The reason why the base is lost, or what is missing while it waits; empty otherwise.
   const std::string& reason() const { return reason_; }
-  /// The estimated pose of the base in the track's frame; empty before the first pose.
-  std::optional<PlanarPose> pose() const;
   /// m off the track at the last update that followed it.
   double deviation() const { return deviation_; }
   /// The path time keeps up with the rate.
