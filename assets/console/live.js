@@ -6,6 +6,7 @@ import {foxglove} from './format.js';
 import {LiveImage} from './live_image.js';
 
 const LEVELS = ['fine', 'careful', 'wrong', 'silent'];
+const WRONG = LEVELS.indexOf('wrong');
 
 /** "fine", "careful" of diagnostics' numbers or words. */
 const level = (said) => LEVELS[said] || String(said).toLowerCase();
@@ -66,8 +67,9 @@ export class LiveView {
     if (said === this.said) return;  // five times a second, and mostly the same
     this.said = said;
     const {projector, diagnostics, recorder} = state || {};
-    this.image.heard(isHeard ? projector?.image : null);
-    this.light.textContent = isHeard ? projector?.words || '' : 'The robot is not heard.';
+    const why = projector?.level >= WRONG && !projector.image?.published ? projector.words : '';
+    this.image.heard(isHeard ? projector?.image : null, why);
+    this.light.textContent = isHeard && !why && projector?.words || '';  // each reason once
     refill(this.layers, projector?.layers?.length ? table('Layers', ['topic', 'Hz', 'shown', 'why'],
       projector.layers.map((layer) => ({class: layer.shown ? null : 'out', cells: [layer.topic,
         layer.hz?.toFixed?.(1) ?? layer.hz, layer.shown ? 'yes' : 'no', layer.words || '']})), [1]) : null);

@@ -47,10 +47,14 @@ export class LiveImage {
     this.dark.textContent = words;
   }
 
-  /** @param {{topic: string, published: boolean}|null} image of the state; null while the robot is not heard */
-  heard(image) {
+  /**
+   * @param {{topic: string, published: boolean}|null} image of the state; null while the robot is not heard
+   * @param {string} why nobody publishes it, where that is known
+   */
+  heard(image, why = '') {
     const published = Boolean(image?.published);
-    const words = published ? 'Loading…' : image ? `Nobody publishes ${image.topic}.` : 'The robot is not heard.';
+    const unpublished = image ? why || `Nobody publishes ${image.topic}.` : 'The robot is not heard.';
+    const words = published ? 'Loading…' : unpublished;
     if (words === this.waitsFor) return;
     this.waitsFor = words;
     this.published = published;

@@ -62,12 +62,14 @@ Json HeardDiagnostics::projector() const {
   const std::int64_t now = steadyTime();
   const std::lock_guard<std::mutex> lock(mutex_);
   std::string words;
+  int level = 0;
   auto layers = Json::array();
   for (const auto& [name, status] : statuses_.all()) {
     if (status.hardware != "projector" || !isFresh(status, now)) continue;
     const std::string layer = layerOf(status);
     if (layer.empty()) {
       words += (words.empty() ? "" : "; ") + status.message;
+      level = std::max<int>(level, status.level);
     } else {
       layers.push_back({{"topic", layer},
                         {"hz", std::round(std::max(0.0, status.received_hz) * 10) / 10},
@@ -75,8 +77,11 @@ Json HeardDiagnostics::projector() const {
                         {"words", status.message}});
     }
   }
-  if (words.empty() && layers.empty()) words = "no projector is heard";
-  return {{"layers", layers}, {"words", words}};
+  if (words.empty() && layers.empty()) {
+    words = "no projector is heard";
+    level = kSilent;
+  }
+  return {{"layers", layers}, {"level", level}, {"words", words}};
 }
 
 Json HeardDiagnostics::recorder() const {

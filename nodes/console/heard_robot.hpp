@@ -31,7 +31,7 @@ class HeardDiagnostics {
 
   /// [{"name", "level": 0 to 3, "words"}]; level 3: not heard for kFresh.
   nlohmann::ordered_json all() const;
-  /// {"words", "layers": [{"topic", "hz", "shown", "words"}]}
+  /// {"words", "level": the worst, "layers": [{"topic", "hz", "shown", "words"}]}
   nlohmann::ordered_json projector() const;
   /// {"words", "recording", "dropped", ...}; {}: none is heard.
   nlohmann::ordered_json recorder() const;

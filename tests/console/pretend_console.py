@@ -97,6 +97,7 @@ class Robot:
         self.calibrator, self.report = None, None
         self.is_late = False  # tells what was, not what is
         self.image = {"topic": "/projector/image", "published": True}
+        self.projector = {"level": 0, "words": "Shows 1 of 2 layers."}
         self.states = 0  # that have been told
 
     def step(self):
@@ -114,7 +115,7 @@ class Robot:
                     self.end("completed", "Done: nothing was late by more than 2 ms.")
             self.last = now
             return {"player": dict(player), "calibrator": self.calibrator, "recorder": {"words": "Records nothing; 41 GB are free; nothing was lost."},
-                    "projector": {"words": "Shows 1 of 2 layers.", "image": dict(self.image), "layers": [
+                    "projector": {**self.projector, "image": dict(self.image), "layers": [
                         {"topic": "/projector/green_points", "hz": 2.0, "shown": True, "words": ""},
                         {"topic": "/projector/nav/path", "hz": 0, "shown": False, "words": "no message yet"}]},
                     "diagnostics": [{"name": "projector", "level": 0, "words": "draws 30 images a second"},
