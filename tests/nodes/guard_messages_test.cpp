@@ -99,6 +99,41 @@ TEST(GuardSocket, keepsMessagesWholeAndShowsThatTheOtherSideIsGone) {
   EXPECT_TRUE(guard.isClosed());
 }
 
+TEST(GuardSocket, isOpenWhileNothingComesAndClosedForASenderOnceTheOtherSideIsGone) {
+  const auto [ours, its] = GuardSocket::makePair();
+  GuardSocket player(ours);
+  {
+    const GuardSocket guard(its);
+    EXPECT_TRUE(player.receive().empty());
+    player.send(GuardBeat());
+    EXPECT_FALSE(player.isClosed());
+  }
+  player.send(GuardBeat());
+  EXPECT_TRUE(player.isClosed());
+}
+
+TEST(GuardSocket, showsThatTheOtherSideIsGoneWhereNothingEverCame) {
+  const auto [ours, its] = GuardSocket::makePair();
+  GuardSocket player(ours);
+  {
+    const GuardSocket guard(its);
+    EXPECT_TRUE(player.receive().empty());
+  }
+  EXPECT_TRUE(player.receive().empty());
+  EXPECT_TRUE(player.isClosed());
+}
+
+TEST(GuardSocket, showsThatTheOtherSideDiedBeforeItReadAll) {
+  const auto [ours, its] = GuardSocket::makePair();
+  GuardSocket player(ours);
+  {
+    const GuardSocket guard(its);
+    player.send(GuardBeat());
+  }
+  EXPECT_TRUE(player.receive().empty()) << "the connection was reset";
+  EXPECT_TRUE(player.isClosed());
+}
+
 TEST(GuardSocket, neverWaitsForOneThatDoesNotRead) {
   const auto [ours, its] = GuardSocket::makePair();
   GuardSocket guard(its), player(ours);
