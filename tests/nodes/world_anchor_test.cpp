@@ -82,6 +82,15 @@ TEST_F(WorldAnchorTest, refusesATopicOfWhichNobodyKnowsWhereItWas) {
   EXPECT_NE(why.find("where its frame 'base_link' was in 'map'"), std::string::npos) << why;
 }
 
+TEST_F(WorldAnchorTest, placesATopicByItsOwnStampOrWhereItHasNoneByWhenItCame) {
+  recordDrive(5000, 6000);
+  recordMarker(1000, disk("base_link", 0, 0, {}));
+  record(rosChannel<Marker>("/late"), 9500, rosBytes(disk("base_link", 0, 0, recordedAt(5500))));
+  EXPECT_TRUE(playAnchored(10'000).is_complete);
+  EXPECT_TRUE(sink.on("/marker").empty()) << "tf had not begun";
+  EXPECT_EQ(sink.on("/late").size(), 1u);
+}
+
 TEST_F(WorldAnchorTest, leavesDarkWhatCannotBePlacedAndSaysSo) {
   recordDrive(0, 1000);
   recordMarker(500, disk("base_link", 0, 0, recordedAt(500)));

@@ -291,6 +291,8 @@ TEST(RecordedDriver, isToldWhereNobodyHeardIt) {
   ASSERT_EQ(plan.topics.size(), 1u);
   EXPECT_EQ(plan.topics[0].why_class, "a zero stops it; nobody heard it when it was recorded");
   EXPECT_TRUE(plan.topics[0].isPlayed());
+  robot.note("/cmd_vel", kTwist, {{"/planner"}, {"/base"}});
+  EXPECT_EQ(robot.plan().topics[0].why_class, "a zero stops it");
 }
 
 TEST(RecordedNodes, areKeptInTheSnapshotAndMissingInOldOnes) {

@@ -214,5 +214,48 @@ TEST(Permission, ofABaseWithoutAMultiplexerIsThatOfTheBodyWhereItIsRequested) {
   EXPECT_EQ(classOf(robot.plan(), base), "other") << "a multiplexer sent it";
 }
 
+TEST(Permission, ofTheBaseThatAProfileNamesIsThatOfTheBodyWhereItIsRequestedToo) {
+  Robot robot;
+  robot.add("/drive", kTwist, {{"/move_base"}, {"/controllers"}});
+  robot.snapshot.requested = {"/drive"};
+  PlanOptions options = Robot::allowed();
+  options.robot.base.output_topic = "/drive";
+  options.robot.base.velocity_topic = "/cmd_vel";
+  EXPECT_EQ(classOf(robot.plan(options), "/drive"), "body") << "no multiplexer stood before it";
+  robot.snapshot.requested.clear();
+  EXPECT_EQ(classOf(robot.plan(options), "/drive"), "other");
+}
+
+// ---------------------------------------------------------------------- rules, and names that tell
+
+TEST(Permission, ofWhatNobodyKnowsIsThatOfTheBodyWithARuleThatStopsIt) {
+  const std::string unknown = "/lamp/setting", base = "/mobile_base_controller/cmd_vel";
+  Robot robot;
+  robot.add(unknown, "my_msgs/Setting");
+  robot.add(base, kTwist);
+  PlanOptions options = Robot::allowed();
+  MotionStop stop;
+  stop.kind = StopKind::Cancel;
+  stop.cancel_topic = "/halt";
+  EXPECT_EQ(classOf(robot.plan(options), unknown), "other");
+  options.rewriting.stops = {{unknown, stop}, {base, stop}};
+  const PlayPlan plan = robot.plan(options);
+  EXPECT_EQ(classOf(plan, unknown), "body");
+  EXPECT_EQ(classOf(plan, base), "other")
+      << "its stop was known: it is left out for another reason";
+}
+
+TEST(Permission, ofAControllerOfVelocitiesStaysThatOfTheBodyUnderAnyName) {
+  const std::string recorded = "/wheel_velocity_controller/command";
+  Robot robot;
+  robot.add(recorded, "std_msgs/Float64");
+  PlanOptions options = Robot::allowed();
+  EXPECT_EQ(classOf(robot.plan(options), recorded), "body");
+  options.remap = {{recorded, "/elsewhere"}};
+  EXPECT_EQ(classOf(robot.plan(options), recorded), "body");
+  options.remap = {{recorded, "/robot/motors_halted"}};
+  EXPECT_EQ(classOf(robot.plan(options), recorded), "control input");
+}
+
 }  // namespace
 }  // namespace afterglow::replay::permission_test

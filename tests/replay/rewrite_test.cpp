@@ -294,6 +294,14 @@ TEST_F(RewriteTest, followsRulesForTypesItDoesNotKnowWhereverTheyAreNested) {
   }
 }
 
+TEST(RewriteRule, isKnownByItsWordAlone) {
+  EXPECT_EQ(parseRule("shift"), RewriteRule::ShiftStamp);
+  EXPECT_EQ(parseRule("now"), RewriteRule::PublishStamp);
+  EXPECT_EQ(parseRule("remap_frame"), RewriteRule::RemapFrame);
+  EXPECT_FALSE(parseRule("fresh_goal_id"));
+  EXPECT_FALSE(parseRule(""));
+}
+
 TEST_F(RewriteTest, refusesRulesThatFitNoField) {
   const auto refusal = [&](const std::string& path, RewriteRule rule) -> std::string {
     RewriteSettings settings;

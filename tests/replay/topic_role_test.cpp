@@ -332,6 +332,10 @@ TEST(TopicRole, isNotKnownForNamesThatNoTopicHas) {
   EXPECT_EQ(roleOf(name + "/goal", name).topic_class, TopicClass::Other);
   const std::string longest = "/" + std::string(TopicName::kLongest - 9, 'a') + "/cmd_vel";
   EXPECT_EQ(roleOf(longest, "geometry_msgs/Twist").topic_class, TopicClass::Body);
+  const std::string base =
+      "/" + std::string(TopicName::kLongest - 25, 'a') + "/base_controller/command";
+  ASSERT_EQ(base.size(), TopicName::kLongest);
+  EXPECT_EQ(roleOf(base, "geometry_msgs/Twist").topic_class, TopicClass::Other);
 }
 
 TEST(TopicRole, isKnownForRealTopics) {
