@@ -20,31 +20,38 @@ using Light = std::uint16_t __attribute__((vector_size(8)));
 
 constexpr int kWhole = 256;  ///< share of a fully covered pixel
 
-/// Pixels side by side, worked on at once: vector instructions where the machine has them (GCC and
-/// Clang).
-constexpr int kPixelsAtOnce = 4;
-using Lights = std::uint16_t __attribute__((vector_size(8 * kPixelsAtOnce)));
-using Shares = std::int32_t __attribute__((vector_size(4 * kPixelsAtOnce)));
-using Depths = float __attribute__((vector_size(4 * kPixelsAtOnce)));
+/// The most pixels side by side that are worked on at once.
+constexpr int kPixelsAtOnce = 8;
+
+/// Vectors (GCC and Clang) of pixels side by side, as many as lanes of 32 bits. Their lights are
+/// two.
+template <int kPixels>
+struct PixelVectors {
+  // A `using` would lose a size that depends on the template.
+  typedef std::int32_t Shares __attribute__((vector_size(4 * kPixels)));
+  typedef float Depths __attribute__((vector_size(4 * kPixels)));
+  typedef std::uint16_t Lights __attribute__((vector_size(4 * kPixels)));
+  typedef Lights LightPair[2];
+};
 
 /// The same light for each, put together in registers: pieces of it that were written to memory
 /// could not be read as one at once.
+template <typename Lights>
 AFTERGLOW_ALWAYS_INLINE void repeat(Light light, Lights& out) {
-  using Words = std::uint64_t __attribute__((vector_size(sizeof(Lights))));
+  typedef std::uint64_t Words __attribute__((vector_size(sizeof(Lights))));
   std::uint64_t word;
   std::memcpy(&word, &light, sizeof(word));
   const Words words = word - Words{};
   std::memcpy(&out, &words, sizeof(out));
 }
 
-/// Puts each pixel's two numbers, of the lower and of the upper half of 32 bits, into all lanes of
-/// its light.
-AFTERGLOW_ALWAYS_INLINE void spread(const Shares& numbers, Lights& lower, Lights& upper) {
-  const auto twice = __builtin_shufflevector(numbers, numbers, 0, 0, 1, 1, 2, 2, 3, 3);
-  Lights both;
-  std::memcpy(&both, &twice, sizeof(both));
-  lower = __builtin_shufflevector(both, both, 0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12);
-  upper = __builtin_shufflevector(both, both, 1, 1, 1, 1, 5, 5, 5, 5, 9, 9, 9, 9, 13, 13, 13, 13);
+/// Puts numbers below 2^16 into all lanes of their pixels' lights, from pixel kFirst on.
+template <int kFirst, typename Shares, typename Lights, int... kLanes>
+AFTERGLOW_ALWAYS_INLINE void spread(const Shares& numbers, Lights& out,
+                                    std::integer_sequence<int, kLanes...> /*lanes*/) {
+  const Shares doubled = numbers | numbers << 16;
+  const Shares twice = __builtin_shufflevector(doubled, doubled, (kFirst + kLanes / 2)...);
+  std::memcpy(&out, &twice, sizeof(out));
 }
 
 /// The absolute values of floats, without a decision.
@@ -69,34 +76,37 @@ class Canvas {
   /// `column` on; they may lie beyond the row's end if their shares are 0. Of surfaces at the same
   /// depth each covers what the others leave, as neighbors do that share an edge; a nearer one
   /// hides what is behind it. `slack`: so far the depths of the surface differ within a pixel.
-  AFTERGLOW_ALWAYS_INLINE void add(int row, int column, const Lights& light, const Shares& share,
-                                   const Depths& depth, float slack) {
+  template <int kPixels>
+  AFTERGLOW_ALWAYS_INLINE void add(int row, int column,
+                                   const typename PixelVectors<kPixels>::LightPair& lights,
+                                   const typename PixelVectors<kPixels>::Shares& share,
+                                   const typename PixelVectors<kPixels>::Depths& depth,
+                                   float slack) {
+    using Shares = typename PixelVectors<kPixels>::Shares;
+    using Depths = typename PixelVectors<kPixels>::Depths;
     const std::size_t i = at(row, column);
     Shares covered;
     Depths there, slack_there;
     std::memcpy(&covered, &shares_[i], sizeof(covered));
     std::memcpy(&there, &depths_[i], sizeof(there));
     std::memcpy(&slack_there, &slacks_[i], sizeof(slack_there));
-    // Where nothing covers a pixel, `there` is infinite.
-    const Depths apart = depth - there;
+    // Where nothing covers a pixel, `there` is infinite. Signs become masks: of comparisons the
+    // compiler makes choices, which take three times as long.
+    const Depths apart = there - depth;
     Depths distance = apart;
     makePositive<Depths, Shares>(distance);
-    const Shares rest = kWhole - covered, is_touched = share > 0;
-    const Shares is_beside =
-        is_touched & (distance <= slack + slack_there) & (share - rest <= kRounding);
-    const Shares is_nearer = is_touched & ~is_beside & (apart <= 0);
+    const Shares rest = kWhole - covered, is_touched = -share >> 31;
+    const Shares is_hidden = reinterpret_cast<Shares>(apart) >> 31;
+    const Shares is_apart = reinterpret_cast<Shares>(slack + slack_there - distance) >> 31;
+    const Shares is_fitting = (share - rest - (kRounding + 1)) >> 31;
+    const Shares is_beside = is_touched & is_fitting & ~is_apart;
+    const Shares is_nearer = is_touched & ~is_beside & ~is_hidden;
     const Shares is_new = is_nearer | is_beside, gone = is_nearer & covered;
     const Shares room = rest + gone, joins = is_new & (share < room ? share : room);
     // Behind a whole cover anything may lie: it is not seen.
     const Shares mixes = share & ~is_new, stays = kWhole - mixes - gone;
-
-    Lights behind, sum, joins_each, mixes_each, stays_each, hides;
-    std::memcpy(&behind, &behind_[i], sizeof(behind));
-    std::memcpy(&sum, &sums_[i], sizeof(sum));
-    spread(joins | mixes << 16, joins_each, mixes_each);
-    spread(stays | is_nearer << 16, stays_each, hides);
-    behind = ((sum & hides) + light * mixes_each + behind * stays_each + 128) >> 8;
-    sum = (sum & ~hides) + light * joins_each;
+    mix<0>(i, lights[0], joins, mixes, stays, is_nearer);
+    mix<kPixels / 2>(i, lights[1], joins, mixes, stays, is_nearer);
     covered += joins - gone;
     // Not a number where it is not new, which is not less.
     const auto nearest = reinterpret_cast<Depths>(reinterpret_cast<Shares>(depth) | ~is_new);
@@ -106,8 +116,6 @@ class Canvas {
     const auto slack_kept =
         reinterpret_cast<Depths>(reinterpret_cast<Shares>(slack_there) & ~is_nearer);
     slack_there = slack_here < slack_kept ? slack_kept : slack_here;
-    std::memcpy(&behind_[i], &behind, sizeof(behind));
-    std::memcpy(&sums_[i], &sum, sizeof(sum));
     std::memcpy(&shares_[i], &covered, sizeof(covered));
     std::memcpy(&depths_[i], &there, sizeof(there));
     std::memcpy(&slacks_[i], &slack_there, sizeof(slack_there));
@@ -141,6 +149,24 @@ class Canvas {
     int begin, end;
   };
 
+  /// Mixes light with that of pixels from i + kFirst on: the shares that join the covers', that mix
+  /// with what is behind, and that stay of it; `hides`: the covers' light goes behind.
+  template <int kFirst, typename Lights, typename Shares>
+  AFTERGLOW_ALWAYS_INLINE void mix(std::size_t i, const Lights& light, const Shares& joins,
+                                   const Shares& mixes, const Shares& stays, const Shares& hides) {
+    constexpr Lanes<sizeof(Shares) / sizeof(joins[0])> kEach{};
+    Lights behind, sum, joins_each, mixes_each, stays_each, hides_each;
+    std::memcpy(&behind, &behind_[i + kFirst], sizeof(behind));
+    std::memcpy(&sum, &sums_[i + kFirst], sizeof(sum));
+    spread<kFirst>(joins, joins_each, kEach);
+    spread<kFirst>(mixes, mixes_each, kEach);
+    spread<kFirst>(stays, stays_each, kEach);
+    spread<kFirst>(hides, hides_each, kEach);
+    behind = ((sum & hides_each) + light * mixes_each + behind * stays_each + 128) >> 8;
+    sum = (sum & ~hides_each) + light * joins_each;
+    std::memcpy(&behind_[i + kFirst], &behind, sizeof(behind));
+    std::memcpy(&sums_[i + kFirst], &sum, sizeof(sum));
+  }
   Light seen(std::size_t i) const {
     const auto rest = static_cast<std::uint16_t>(kWhole - shares_[i]);
     return (sums_[i] + behind_[i] * rest + 128) >> 8;

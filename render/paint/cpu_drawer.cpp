@@ -75,10 +75,10 @@ void CpuDrawer::finish(Image& image) {
   for (std::vector<Step>& steps : before_.steps) steps.clear();
 }
 
-/// A new cloud of pixels, or an old one's end, differs anywhere.
+/// New things by the thousand, or old ones' end, differ anywhere: one thread would look for long.
 void CpuDrawer::findDamage() {
   damage_ = painter_.allBands();
-  const auto isCloud = [](const Step& step) { return pixelCloud(step.drawable.shape) != nullptr; };
+  const auto areMany = [](const Step& step) { return isShared(step.drawable); };
   const std::size_t count = now_.layers.size();
   const bool is_alike = before_.is_finished && before_.layers.size() == count;
   if (!is_alike || !isSame(now_.masks, before_.masks)) return;
@@ -87,7 +87,7 @@ void CpuDrawer::findDamage() {
     const bool is_limited =
         old != nullptr && std::equal(now_.steps[i].begin(), now_.steps[i].end(), old->begin(),
                                      old->end(), [&](const Step& step, const Step& before) {
-                                       return !step.is_new || !(isCloud(step) || isCloud(before));
+                                       return !step.is_new || !(areMany(step) || areMany(before));
                                      });
     if (!is_limited) return;
   }

@@ -10,6 +10,8 @@ namespace afterglow::render {
 namespace {
 
 constexpr std::size_t kLanes = 4;  // of a Light
+constexpr int kLights = 4;         // worked on at once
+using Lights = std::uint16_t __attribute__((vector_size(8 * kLights)));
 
 Light opaque(std::uint32_t color) {
   const auto lane = [color](int shift) {
@@ -42,8 +44,8 @@ float depthOf(std::uint32_t order) {
 
 PointBrush::PointBrush(float size_px)
     : size_(static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels))),
-      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 2 + kPixelsAtOnce - 1) /
-              kPixelsAtOnce * kPixelsAtOnce) {
+      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 2 + kLights - 1) / kLights *
+              kLights) {
   shares_.resize(kSubpixels * stride_);
   for (int fraction = 0; fraction < kSubpixels; ++fraction) {
     for (int i = 0; i < static_cast<int>(stride_); ++i) {
@@ -87,7 +89,7 @@ AFTERGLOW_ALWAYS_INLINE void PointBrush::paintPlain(const ScreenPoint& point, in
     const auto each = static_cast<std::uint16_t>((rows[v] * alpha + 128) >> 8);
     Light* row = canvas.behind(v - row_begin) + u_begin;
     // A pixel past the end has no share and stays as it is.
-    for (int i = 0; i < columns; i += kPixelsAtOnce) {
+    for (int i = 0; i < columns; i += kLights) {
       mix(row + i, source, lanes + kLanes * static_cast<std::size_t>(i), each);
     }
   }

@@ -37,7 +37,7 @@ class PointBrush {
   /// First subpixel of the square around `center`; pixel i begins at i * kSubpixels.
   int begin(std::int32_t center) const { return center + kSubpixels / 2 - size_ / 2; }
   /// Shares of kSubpixels that the pixels have of a square that begins so many subpixels into the
-  /// first of them; none of those beyond it, up to a multiple of kPixelsAtOnce.
+  /// first of them; none of those beyond it, up to a multiple of four.
   const std::uint16_t* shares(int fraction) const {
     return shares_.data() + static_cast<std::size_t>(fraction) * stride_;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "render/paint/vector_clones.hpp"
 
@@ -63,20 +64,70 @@ class Plane {
 constexpr float kLeastSlack = 2e-7f;
 
 /// The columns of a small outline.
-constexpr int kSmall = 2 * kPixelsAtOnce;
-using SmallRow = float __attribute__((vector_size(4 * kSmall)));
+constexpr int kSmall = kPixelsAtOnce;
 
-/// An edge is so far (px) from upright at least within a row: what it covers is divided by that.
-constexpr float kLeastBreadth = 1.f / 512;
+/// Edges lean by so much more (px a row), as what they cover is divided by how they lean.
+constexpr float kMoreLean = 1.f / 65536;
 
-/// Twice the sum of a pixel's shares on the left of borders between two, which lie so far right of
-/// its left side.
-AFTERGLOW_ALWAYS_INLINE void addUp(const SmallRow& from, const SmallRow& to, SmallRow& out) {
-  constexpr SmallRow kNone = {}, kAll = {1, 1, 1, 1, 1, 1, 1, 1};
-  const SmallRow a = from < kNone ? kNone : from, b = to < kNone ? kNone : to;
-  const SmallRow a_in = kAll < a ? kAll : a, b_in = kAll < b ? kAll : b;
-  const SmallRow beyond = b - a;
-  out = (b_in - a_in) * (b_in + a_in - 2) + (beyond + beyond);
+/// Some edges of a small outline, each in a lane.
+template <int kPixels>
+struct SmallEdges {
+  using Floats = typename PixelVectors<kPixels>::Depths;
+  Floats high, low;    ///< rows of its ends
+  Floats x, y;         ///< where it begins
+  Floats slope, lean;  ///< columns a row; the same without its sign, and kMoreLean
+  Floats weight;       ///< 1 / lean; negative where the edge runs down
+};
+
+/// Sets the edges that begin at so many corners as there are lanes; x counts from `left`.
+template <int kPixels, int... kLanes>
+AFTERGLOW_ALWAYS_INLINE void setEdges(const Corner* corners, float left, SmallEdges<kPixels>& edges,
+                                      std::integer_sequence<int, kLanes...> /*lanes*/) {
+  using Floats = typename PixelVectors<kPixels>::Depths;
+  using Ints = typename PixelVectors<kPixels>::Shares;
+  const auto read = [left](const Corner* at, Floats& x, Floats& y) {
+    Floats some, more;
+    std::memcpy(&some, at, sizeof(some));
+    std::memcpy(&more, at + kPixels / 2, sizeof(more));
+    x = __builtin_shufflevector(some, more, (2 * kLanes)...) - left;
+    y = __builtin_shufflevector(some, more, (2 * kLanes + 1)...);
+  };
+  Floats to_x, to_y;
+  read(corners, edges.x, edges.y);
+  read(corners + 1, to_x, to_y);
+  const Floats fall = to_y - edges.y, none{}, one = none + 1;
+  edges.high = edges.y < to_y ? edges.y : to_y;
+  edges.low = edges.y > to_y ? edges.y : to_y;
+  // What is level has no height in any row: its slope may be any.
+  const Ints falls = reinterpret_cast<Ints>(fall), is_level = fall == none;
+  const Ints slanting = falls | (is_level & reinterpret_cast<Ints>(one));
+  edges.slope = (to_x - edges.x) / reinterpret_cast<Floats>(slanting);
+  edges.lean = edges.slope;
+  makePositive<Floats, Ints>(edges.lean);
+  edges.lean += kMoreLean;
+  const Ints sign = ~falls & std::numeric_limits<std::int32_t>::min();
+  edges.weight = reinterpret_cast<Floats>(reinterpret_cast<Ints>(1 / edges.lean) ^ sign);
+}
+
+/// Edges within a row.
+template <int kPixels>
+struct SmallSlices {
+  alignas(sizeof(float) * kPixels) float left[kPixels], breadth[kPixels];
+};
+
+template <int kPixels>
+AFTERGLOW_ALWAYS_INLINE void cut(const SmallEdges<kPixels>& edges, int row,
+                                 SmallSlices<kPixels>& slices) {
+  using Floats = typename PixelVectors<kPixels>::Depths;
+  const Floats above = static_cast<float>(row) - Floats{}, below = above + 1;
+  const Floats top = edges.high > above ? edges.high : above;
+  Floats bottom = edges.low < below ? edges.low : below;
+  bottom = bottom > top ? bottom : top;
+  const Floats height = bottom - top, breadth = height * edges.lean;
+  const Floats from = edges.x + (top - edges.y) * edges.slope, to = from + height * edges.slope;
+  const Floats left = from < to ? from : to;
+  std::memcpy(&slices.left, &left, sizeof(left));
+  std::memcpy(&slices.breadth, &breadth, sizeof(breadth));
 }
 
 /// Through corners far apart.
@@ -102,16 +153,16 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
   const Plane plane(t, t[0].depth, t[1].depth, t[2].depth);
   const Depth depth{plane.origin(), plane.byX(), plane.byY(), plane.slack() + kLeastSlack,
                     least,          greatest};
-  const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
+  const std::array<Corner, 3 + kCornersMore> corners = {t[0].at, t[1].at, t[2].at, t[0].at};
   const Band band{row_begin, row_end, mask, canvas};
   if (t[0].color == t[1].color && t[1].color == t[2].color) {
-    return paintOutline(corners.data(), corners.size(), Outline::Polygon, depth, band,
+    return paintOutline(corners.data(), t.size(), Outline::Polygon, depth, band,
                         lightOf(components(t[0].color)));
   }
   const Four a = components(t[0].color), b = components(t[1].color), c = components(t[2].color);
   const std::array<Plane, 4> planes = {Plane(t, a[0], b[0], c[0]), Plane(t, a[1], b[1], c[1]),
                                        Plane(t, a[2], b[2], c[2]), Plane(t, a[3], b[3], c[3])};
-  paintOutline(corners.data(), corners.size(), Outline::Polygon, depth, band,
+  paintOutline(corners.data(), t.size(), Outline::Polygon, depth, band,
                [&](int row, int begin, int columns) {
                  for (int i = 0; i < columns; ++i) {
                    const int column = begin + i;
@@ -138,7 +189,9 @@ void PolygonBrush::paint(const ScreenPolygon& polygon, int row_begin, int row_en
     greatest = std::max(greatest, vertex.depth);
     corners_.push_back(vertex.at);
   }
-  paintOutline(corners_.data(), corners_.size(), Outline::Polygon,
+  corners_.push_back(corners_[0]);
+  corners_.resize(polygon.size() + kCornersMore);
+  paintOutline(corners_.data(), polygon.size(), Outline::Polygon,
                {plane.origin(), plane.byX(), plane.byY(), slack, least, greatest},
                {row_begin, row_end, mask, canvas}, lightOf(components(polygon[0].color)));
 }
@@ -162,15 +215,22 @@ void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outlin
 
 void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outline outline,
                                 const Depth& depth, const Band& band, Light light) {
-  if (paintSmall(corners, count, outline, depth, band, light)) return;
+  const bool is_small =
+      outline == Outline::Polygon && withLanes(are_eight_, [&](auto lanes) AFTERGLOW_INLINED {
+        return paintSmall<lanes.size()>(corners, count, depth, band, light, lanes);
+      });
+  if (is_small) return;
   const auto fill = [&](int, int, int columns) { std::fill_n(lights_.begin(), columns, light); };
   paintOutline(corners, count, outline, depth, band, fill);
 }
 
-/// Edge by edge and row by row, all columns at once: what lies right of the edge is covered.
-AFTERGLOW_VECTOR_CLONES
-bool PolygonBrush::paintSmall(const Corner* corners, std::size_t count, Outline outline,
-                              const Depth& depth, const Band& band, Light light) const {
+/// Goes over every edge in every row: a decision would be foreseen by nobody, and cost more than
+/// edges that do not reach the row. Areas left of pixels' right sides give shares by differences.
+template <int kPixels, int... kLanes>
+AFTERGLOW_ALWAYS_INLINE bool PolygonBrush::paintSmall(
+    const Corner* corners, std::size_t count, const Depth& depth, const Band& band, Light light,
+    std::integer_sequence<int, kLanes...> lanes) const {
+  using Floats = typename PixelVectors<kPixels>::Depths;
   Corner least = corners[0], most = least;
   for (std::size_t i = 1; i < count; ++i) {
     least = {std::min(least.x, corners[i].x), std::min(least.y, corners[i].y)};
@@ -183,74 +243,91 @@ bool PolygonBrush::paintSmall(const Corner* corners, std::size_t count, Outline 
   const int begin = static_cast<int>(least.x), columns = static_cast<int>(most.x) + 1 - begin;
   if (columns > kSmall) return false;
   const int first = std::max(band.row_begin, static_cast<int>(least.y));
-  const int last = std::min(band.row_end - 1, static_cast<int>(most.y));
-  std::array<SmallRow, kBandRows> shares;
-  std::fill_n(shares.begin(), std::max(0, last - first + 1), SmallRow{});
-  const SmallRow right = SmallRow{1, 2, 3, 4, 5, 6, 7, 8} + static_cast<float>(begin);
-  const std::size_t step = outline == Outline::Polygon ? 1 : 2;
-  for (std::size_t i = 0; i < count; i += step) {
-    const Corner &a = corners[i], &b = corners[i + 1 < count ? i + 1 : 0];
-    const bool is_up = b.y < a.y;
-    const Corner &high = is_up ? b : a, &low = is_up ? a : b;
-    if (!(low.y > high.y)) continue;
-    const float slope = (low.x - high.x) / (low.y - high.y), half = is_up ? 0.5f : -0.5f;
-    const int end = std::min(last, static_cast<int>(low.y));
-    for (int row = std::max(first, static_cast<int>(high.y)); row <= end; ++row) {
-      const float top = std::max(high.y, static_cast<float>(row));
-      const float bottom = std::min(low.y, static_cast<float>(row + 1));
-      const float from = high.x + (top - high.y) * slope;
-      const float to = high.x + (bottom - high.y) * slope;
-      const float edge = std::min(from, to), breadth = std::max(std::abs(to - from), kLeastBreadth);
-      SmallRow covered;
-      addUp(right - (edge + breadth), right - edge, covered);
-      shares[static_cast<std::size_t>(row - first)] += half * (bottom - top) / breadth * covered;
+  const int rows = std::min(band.row_end - 1, static_cast<int>(most.y)) + 1 - first;
+  constexpr int kParts = kSmall / kPixels;
+  const int parts = kParts == 1 ? 1 : (columns + kPixels - 1) / kPixels;
+  SmallSlices<kPixels> slices[kBandRows];
+  Floats areas[kBandRows][kParts];
+  const Floats none{}, order{static_cast<float>(kLanes)...};
+  for (std::size_t i = 0; i < count; i += kPixels) {
+    SmallEdges<kPixels> edges;
+    setEdges(corners + i, least.x, edges, lanes);
+    for (int row = 0; row < rows; ++row) cut(edges, first + row, slices[row]);
+    alignas(Floats) float weight[kPixels];
+    std::memcpy(&weight, &edges.weight, sizeof(weight));
+    for (int row = 0; row < rows; ++row) {
+      for (int part = 0; part < parts; ++part) {
+        const Floats right = order + (static_cast<float>(begin + kPixels * part + 1) - least.x);
+        Floats area{};
+        if (i > 0) area = areas[row][part];
+        for (std::size_t k = 0; k < kPixels && i + k < count; ++k) {
+          const Floats left = slices[row].left[k] - none, breadth = slices[row].breadth[k] - none;
+          const Floats beyond = (right > left ? right : left) - left;
+          const Floats over = beyond < breadth ? beyond : breadth;
+          area += weight[k] * (over * (beyond - 0.5f * over));
+        }
+        areas[row][part] = area;
+      }
     }
   }
-  Lights lights;
-  repeat(light, lights);
-  for (int row = first; row <= last; ++row) {
-    const auto* const all =
-        reinterpret_cast<const float*>(&shares[static_cast<std::size_t>(row - first)]);
-    band.canvas.touch(row - band.row_begin, begin, begin + columns);
-    paintPixels(all, row, begin, depth, band, lights);
-    if (columns > kPixelsAtOnce) {
-      paintPixels(all + kPixelsAtOnce, row, begin + kPixelsAtOnce, depth, band, lights);
+  typename PixelVectors<kPixels>::LightPair lights;
+  repeat(light, lights[0]);
+  lights[1] = lights[0];
+  for (int row = 0; row < rows; ++row) {
+    band.canvas.touch(first + row - band.row_begin, begin, begin + columns);
+    for (int part = 0; part < parts; ++part) {
+      const Floats& to = areas[row][part];
+      const Floats from = part == 0 ? none : areas[row][part - 1];
+      const Floats shares = to - __builtin_shufflevector(from, to, (kPixels - 1 + kLanes)...);
+      paintPixels<kPixels>(shares, first + row, begin + kPixels * part, depth, band, lights, lanes);
     }
   }
   return true;
 }
 
-AFTERGLOW_VECTOR_CLONES
 void PolygonBrush::paintRow(const float* shares, int row, int begin, int columns,
                             const Depth& depth, const Band& band) const {
   band.canvas.touch(row - band.row_begin, begin, begin + columns);
-  for (int i = 0; i < columns; i += kPixelsAtOnce) {
-    Lights lights;
-    std::memcpy(&lights, &lights_[static_cast<std::size_t>(i)], sizeof(lights));
-    paintPixels(shares + i, row, begin + i, depth, band, lights);
-  }
+  withLanes(are_eight_, [&](auto lanes) AFTERGLOW_INLINED {
+    constexpr int kPixels = lanes.size();
+    for (int i = 0; i < columns; i += kPixels) {
+      typename PixelVectors<kPixels>::Depths covered;
+      typename PixelVectors<kPixels>::LightPair lights;
+      std::memcpy(&covered, shares + i, sizeof(covered));
+      for (int k = 0; k < 2; ++k) {
+        const auto first = static_cast<std::size_t>(i + k * kPixels / 2);
+        std::memcpy(&lights[k], &lights_[first], sizeof(lights[k]));
+      }
+      paintPixels<kPixels>(covered, row, begin + i, depth, band, lights, lanes);
+    }
+  });
 }
 
-AFTERGLOW_ALWAYS_INLINE void PolygonBrush::paintPixels(const float* shares, int row, int column,
-                                                       const Depth& depth, const Band& band,
-                                                       const Lights& lights) const {
-  constexpr Depths kAll = {1, 1, 1, 1};
-  Depths covered;
-  std::memcpy(&covered, shares, sizeof(covered));
+template <int kPixels, int... kLanes>
+AFTERGLOW_ALWAYS_INLINE void PolygonBrush::paintPixels(
+    const typename PixelVectors<kPixels>::Depths& shares, int row, int column, const Depth& depth,
+    const Band& band, const typename PixelVectors<kPixels>::LightPair& lights,
+    std::integer_sequence<int, kLanes...> /*lanes*/) const {
+  using Depths = typename PixelVectors<kPixels>::Depths;
+  using Shares = typename PixelVectors<kPixels>::Shares;
+  Depths covered = shares;
   makePositive<Depths, Shares>(covered);
-  covered = kAll < covered ? kAll : covered;
   Shares share = __builtin_convertvector(covered * static_cast<float>(kWhole) + 0.5f, Shares);
+  // What is no number has become a negative one.
+  share = share > 0 ? share : Shares{};
+  share = share > kWhole ? kWhole - Shares{} : share;
   const int line = row - band.row_begin;
   if (band.mask != nullptr) {
-    std::uint16_t __attribute__((vector_size(2 * kPixelsAtOnce))) allowed;
+    typedef std::uint16_t Mask __attribute__((vector_size(2 * kPixels)));
+    Mask allowed;
     std::memcpy(&allowed, band.mask + line * width_ + column, sizeof(allowed));
     share = share * __builtin_convertvector(allowed, Shares) >> 8;
   }
-  const Depths center = __builtin_convertvector(Shares{0, 1, 2, 3} + column, Depths) + 0.5f;
+  const Depths center = Depths{(0.5f + kLanes)...} + static_cast<float>(column);
   Depths here = depth.ofRow(row) + depth.by_x * center;
   here = here < depth.least ? depth.least - Depths{} : here;
   here = here > depth.greatest ? depth.greatest - Depths{} : here;
-  band.canvas.add(line, column, lights, share, here, depth.slack);
+  band.canvas.add<kPixels>(line, column, lights, share, here, depth.slack);
 }
 
 void PolygonBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {

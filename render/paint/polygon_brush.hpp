@@ -25,8 +25,12 @@ using ScreenPolygon = std::vector<ScreenVertex>;
 
 class PolygonBrush {
  public:
-  explicit PolygonBrush(int width)
-      : width_(width), coverage_(width), lights_(static_cast<std::size_t>(width) + kPixelsAtOnce) {}
+  /// Paints the same with eight lanes (withLanes) as with four.
+  explicit PolygonBrush(int width, bool are_eight = hasAvx2())
+      : width_(width),
+        are_eight_(are_eight),
+        coverage_(width),
+        lights_(static_cast<std::size_t>(width) + kPixelsAtOnce) {}
 
   /// Paints the part of a triangle in a band whose first row is `row_begin`; both its sides are
   /// seen. `mask`: shares of kWhole, row by row, that light may cover, and room for kPixelsAtOnce
@@ -39,6 +43,7 @@ class PolygonBrush {
              Canvas& canvas);
   /// Returns true if all its corners are in one plane, as far as depths tell.
   static bool isFlat(const ScreenPolygon& polygon);
+  /// `corners`: the sprite's, and kCornersMore.
   void paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
              const std::uint16_t* mask, Canvas& canvas);
 
@@ -69,16 +74,21 @@ class PolygonBrush {
                     const Band& band, const SetLights& setLights);
   void paintOutline(const Corner* corners, std::size_t count, Outline outline, const Depth& depth,
                     const Band& band, Light light);
-  /// Paints an outline a few pixels across; returns false if it is not, or reaches over the
+  /// Paints a polygon a few pixels across; returns false if it is not, or reaches over the
   /// image's sides.
-  bool paintSmall(const Corner* corners, std::size_t count, Outline outline, const Depth& depth,
-                  const Band& band, Light light) const;
+  template <int kPixels, int... kLanes>
+  bool paintSmall(const Corner* corners, std::size_t count, const Depth& depth, const Band& band,
+                  Light light, std::integer_sequence<int, kLanes...> lanes) const;
   void paintRow(const float* shares, int row, int begin, int columns, const Depth& depth,
                 const Band& band) const;
-  void paintPixels(const float* shares, int row, int column, const Depth& depth, const Band& band,
-                   const Lights& lights) const;
+  template <int kPixels, int... kLanes>
+  void paintPixels(const typename PixelVectors<kPixels>::Depths& shares, int row, int column,
+                   const Depth& depth, const Band& band,
+                   const typename PixelVectors<kPixels>::LightPair& lights,
+                   std::integer_sequence<int, kLanes...> lanes) const;
 
   int width_;
+  bool are_eight_;
   PolygonCoverage coverage_;
   std::vector<Light> lights_;  ///< lights of the part of a row that is painted
   std::vector<Corner> corners_;

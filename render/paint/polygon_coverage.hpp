@@ -14,6 +14,10 @@
 
 namespace afterglow::render {
 
+/// After an outline's corners the first follows once more, and room to be read: so many edges at
+/// once.
+constexpr std::size_t kCornersMore = kPixelsAtOnce;
+
 /// Sums what each edge covers to its right, as font rasterizers do ("signed area coverage"): two
 /// triangles that share an edge share its pixels without gap or overlap. Float arithmetic: shares
 /// are right to about 1e-5. Keeps its buffer.

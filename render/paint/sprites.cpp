@@ -234,6 +234,7 @@ class PartProjector {
       top = std::min(top, seen.y[at]);
       bottom = std::max(bottom, seen.y[at]);
     }
+    corners[sprite.count] = corners[0];
     if (right <= 0 || bottom <= 0 || left >= width_ || top >= height_) return false;
     const float largest = std::max(right - left, bottom - top);
     const bool is_square = shape_.kind == SpriteShape::Kind::Square;
@@ -312,11 +313,11 @@ class PartProjector {
 std::size_t strideOf(const SpriteShape& shape) {
   switch (shape.kind) {
     case SpriteShape::Kind::Square:
-      return 4;
+      return 4 + 1;
     case SpriteShape::Kind::Box:
-      return 6;
+      return 6 + 1;
     case SpriteShape::Kind::Ball:
-      return kBallCorners;
+      return kBallCorners + 1;
   }
   return 0;
 }
@@ -325,13 +326,13 @@ std::size_t strideOf(const SpriteShape& shape) {
 
 void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
   if (all.size() < used + more) all.resize(used + used / 2 + more);
-  if (corners.size() < used_corners + more_corners) {
-    corners.resize(used_corners + used_corners / 2 + more_corners);
+  if (corners.size() < used_corners + more_corners + kCornersMore) {
+    corners.resize(used_corners + used_corners / 2 + more_corners + kCornersMore);
   }
 }
 
 void Sprites::add(Sprite sprite, const std::vector<Corner>& outline) {
-  makeRoom(1, outline.size());
+  makeRoom(1, outline.size() + 1);
   const auto [top, bottom] = std::minmax_element(
       outline.begin(), outline.end(), [](const Corner& a, const Corner& b) { return a.y < b.y; });
   sprite.top = top->y;
@@ -339,8 +340,8 @@ void Sprites::add(Sprite sprite, const std::vector<Corner>& outline) {
   sprite.first = static_cast<std::uint32_t>(used_corners);
   sprite.count = static_cast<std::uint32_t>(outline.size());
   all[used++] = sprite;
-  std::copy(outline.begin(), outline.end(), corners.data() + used_corners);
-  used_corners += outline.size();
+  *std::copy(outline.begin(), outline.end(), corners.data() + used_corners) = outline[0];
+  used_corners += outline.size() + 1;
 }
 
 void Sprites::append(const Sprites& other, std::size_t begin, std::size_t end,
@@ -381,7 +382,8 @@ std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Colo
     if (part.is_too_large) return std::nullopt;
     // Closes the gap between the parts; corners stay where they are.
     const Sprite* from = out.all.data() + piece.first + part.begin;
-    std::copy(from, from + part.count, out.all.data() + piece.first + piece.count);
+    Sprite* to = out.all.data() + piece.first + piece.count;
+    if (from != to) std::copy(from, from + part.count, to);
     piece.count += static_cast<std::uint32_t>(part.count);
     piece.is_opaque = piece.is_opaque && part.is_opaque;
     depth_sum += part.depth_sum;

@@ -32,7 +32,7 @@ struct Sprite {
 
 struct Sprites {
   std::vector<Sprite> all;      ///< `used` of them, and room
-  std::vector<Corner> corners;  ///< `used_corners` of them, and room
+  std::vector<Corner> corners;  ///< `used_corners` of them, each outline closed, and room
   std::size_t used = 0, used_corners = 0;
 
   void clear() { used = used_corners = 0; }

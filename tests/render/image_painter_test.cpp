@@ -262,6 +262,54 @@ TEST(PolygonCoverage, givesEveryPixelItsExactShare) {
   }
 }
 
+TEST(PolygonBrush, givesSmallOutlinesTheSameSharesWithAnyVectors) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<float> x(4, kWidth - 5.f), y(-2, kBandRows + 2.f), angle(0, 6.28f),
+      size(0.1f, 3.9f);
+  PolygonCoverage coverage(kWidth);
+  for (std::uint32_t i = 0; i < 600; ++i) {
+    Sprite sprite;
+    sprite.count = 3 + i % 16;
+    sprite.color = 0xffffffff;
+    std::vector<float> angles(sprite.count);
+    for (float& at : angles) at = angle(random);
+    std::sort(angles.begin(), angles.end());
+    // Some have upright and level edges.
+    if (sprite.count == 4 && i % 3 == 0) angles = {0.5f, 2.64159f, 3.64159f, 5.78319f};
+    const Corner center{x(random), y(random)};
+    const float radius = size(random);
+    std::vector<Corner> corners;
+    for (const float at : angles) {
+      corners.push_back({center.x + radius * std::cos(at), center.y + radius * std::sin(at)});
+    }
+    std::vector<double> levels(kWidth * kBandRows, 0);
+    coverage.visit(corners.data(), corners.size(), PolygonCoverage::Outline::Polygon, 0, kBandRows,
+                   [&](int row, int begin, int count, const float* shares) {
+                     for (int k = 0; k < count; ++k) {
+                       levels[static_cast<std::size_t>(row * kWidth + begin + k)] =
+                           255 * std::abs(static_cast<double>(shares[k]));
+                     }
+                   });
+    corners.push_back(corners[0]);
+    corners.resize(sprite.count + kCornersMore);
+    for (const bool are_eight : {false, hasAvx2()}) {
+      PolygonBrush brush(kWidth, are_eight);
+      Canvas canvas(kWidth);
+      brush.paint(sprite, corners.data(), 0, kBandRows, nullptr, canvas);
+      double worst = 0;
+      for (int row = 0; row < kBandRows; ++row) {
+        const Light* lights = canvas.finish(row);
+        for (int column = 0; column < kWidth; ++column) {
+          worst =
+              std::max(worst, std::abs(lights[column][0] -
+                                       levels[static_cast<std::size_t>(row * kWidth + column)]));
+        }
+      }
+      EXPECT_LT(worst, 1.01) << "share and light are rounded each";
+    }
+  }
+}
+
 TEST(PolygonCoverage, leavesOutWhatNoIntegerHolds) {
   PolygonCoverage coverage(kWidth);
   const float nan = std::nanf("");
