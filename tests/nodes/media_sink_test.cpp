@@ -168,6 +168,38 @@ TEST_F(MediaSinkTest, takesFilesThatAreNotHereFromTheStore) {
   EXPECT_EQ(notes.size(), 3u) << "what came from the store is said";
 }
 
+TEST_F(MediaSinkTest, keepsAFilesExtensionOnlyIfItIsOne) {
+  const Channel sounds = rosChannel<SoundRequest>("/robotsound");
+  const std::vector<std::string> files = {"/no/such/a.abcdef", "/no/such/a.abcdefg",
+                                          "/no/such/a.a b"};
+  std::map<std::string, std::string> kept;
+  for (const std::string& file : files) {
+    record(sounds, 100, rosBytes(playFile(file)));
+    kept["file://" + file] = file;
+  }
+  playWith(kept);
+  const std::vector<std::string> extensions = {".abcdef", "", ""};
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    EXPECT_EQ(test::fileBytes(said(i).arg), files[i]);
+    EXPECT_EQ(std::filesystem::path(said(i).arg).extension(), extensions[i]);
+  }
+}
+
+TEST_F(MediaSinkTest, tellsAheadWhatIsSaidEachOnceAndSixtySentencesAtMost) {
+  SoundRequest request = playFile("tone");
+  record(rosChannel<SoundRequest>("/robotsound"), 100, rosBytes(request));
+  request.sound = SoundRequest::SAY;
+  for (int i = 0; i < 130; ++i) {
+    request.arg = std::to_string(i / 2);
+    record(rosChannel<SoundRequest>("/robotsound"), 100 + i, rosBytes(request));
+  }
+  playWith({});
+  const auto sentences = sentencesOf(*store, plan);
+  ASSERT_EQ(sentences.size(), 60u);
+  EXPECT_EQ(sentences.front().arg, "0");
+  EXPECT_EQ(sentences.back().arg, "59");
+}
+
 TEST_F(MediaSinkTest, goesOnWithoutWhatIsLostAndSaysSo) {
   const Channel sounds = rosChannel<SoundRequest>("/robotsound");
   record(sounds, 100, rosBytes(playFile("/no/such/tone.wav")));

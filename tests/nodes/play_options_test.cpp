@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -42,6 +43,34 @@ TEST(PlayOptions, haveANameEachThatNoOtherHasAndAValueThatIsExplained) {
     EXPECT_EQ(names.count(former.name), 0u);
     EXPECT_EQ(names.count(former.now), 1u);
   }
+}
+
+TEST(PlayOptions, takeNumbersUpToTheirBounds) {
+  const auto isTaken = [](const std::string& name, const std::string& text) {
+    for (const PlayOption& option : playOptions()) {
+      if (option.name == name) return complaintOf(option, text).empty();
+    }
+    throw std::logic_error("no option " + name);
+  };
+  const std::vector<std::array<const char*, 5>> bounds = {
+      // below, least, most, above
+      {"longest_stall", "0.0399", "0.04", "10", "10.01"},
+      {"estop_longest_silence", "0.0099", "0.01", "60", "60.01"},
+      {"clearance", "-0.01", "0", "2", "2.01"},
+      {"queue", "0", "1", "1000000", "1000001"},
+      {"rate", "0.00099", "0.001", "1000", "1001"},
+      {"obstacle_wait", "-0.01", "0", "1000000", "inf"}};
+  for (const auto& [name, below, least, most, above] : bounds) {
+    EXPECT_FALSE(isTaken(name, below)) << name;
+    EXPECT_TRUE(isTaken(name, least)) << name;
+    EXPECT_TRUE(isTaken(name, most)) << name;
+    EXPECT_FALSE(isTaken(name, above)) << name;
+    for (const char* none : {"", "1 m", "nan"}) EXPECT_FALSE(isTaken(name, none)) << name;
+  }
+  EXPECT_FALSE(isTaken("queue", "1.5"));
+  EXPECT_TRUE(isTaken("no_scan", "true"));
+  EXPECT_TRUE(isTaken("no_scan", "false"));
+  EXPECT_FALSE(isTaken("no_scan", "yes"));
 }
 
 TEST(PlayOptions, ofAGoalSetWhatTheyName) {

@@ -35,6 +35,25 @@ TEST(RobotDescription, tellsTypesLimitsAndWhoFollowsWhom) {
   EXPECT_EQ(joints.mimicOf("bellows")->offset, 0.2);
 }
 
+TEST(RobotDescription, hasARangeWhereItRisesAndASpeedAboveZero) {
+  const auto jointOf = [](const std::string& type, const std::string& limits) {
+    const std::string urdf =
+        "<robot name='arm'><link name='a'/><link name='b'/><joint name='j' type='" + type +
+        "'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/><limit " + limits +
+        " effort='1'/></joint></robot>";
+    return readRobotJoints(urdf, {}).all().at("j");
+  };
+  EXPECT_EQ(jointOf("revolute", "lower='-1' upper='2' velocity='0.5'").range,
+            (replay::JointRange{-1, 2}));
+  EXPECT_FALSE(jointOf("revolute", "lower='1' upper='1' velocity='0.5'").range);
+  EXPECT_TRUE(jointOf("prismatic", "lower='0' upper='0.4' velocity='0.5'").range);
+  EXPECT_FALSE(jointOf("continuous", "lower='-1' upper='2' velocity='0.5'").range);
+  EXPECT_EQ(jointOf("continuous", "velocity='0.5'").fastest, 0.5);
+  EXPECT_FALSE(jointOf("revolute", "lower='-1' upper='2' velocity='0'").fastest);
+  EXPECT_EQ(jointOf("revolute", "lower='-1' upper='2' velocity='1'").kind,
+            replay::RobotJoint::Kind::Turning);
+}
+
 TEST(RobotDescription, tellsNothingIfItIsNone) {
   EXPECT_FALSE(readRobotJoints("", {}).isDescribed());
   EXPECT_FALSE(readRobotJoints("<robot", {}).isDescribed());
@@ -66,6 +85,9 @@ TEST(RobotDescription, jointsAreHeardWhereTheyWereRecordedUnderTheReplaysNames) 
         store->addChannel(behavior.recording, test::channelOf(topic, type, "string[] name\n"));
     store->append({{channel, {5}, 0, {}, {0, 0, 0, 0}}});
   }
+  const std::int64_t lamps =
+      store->addChannel(behavior.recording, test::textChannel("/lamp/joint_states"));
+  store->append({{lamps, {5}, 0, {}, {0, 0, 0, 0}}});
   const std::string recorded = "/fetch7/joint_states";
   EXPECT_EQ(recordedTopics(*store, behavior, {type}, usual), std::vector<std::string>{recorded});
   replay::PlayPlan plan;
