@@ -50,7 +50,8 @@ template <int kFirst, typename Shares, typename Lights, int... kLanes>
 AFTERGLOW_ALWAYS_INLINE void spread(const Shares& numbers, Lights& out,
                                     std::integer_sequence<int, kLanes...> /*lanes*/) {
   const Shares doubled = numbers | numbers << 16;
-  const Shares twice = __builtin_shufflevector(doubled, doubled, (kFirst + kLanes / 2)...);
+  Shares twice;
+  shuffle<(kFirst + kLanes / 2)...>(doubled, doubled, twice);
   std::memcpy(&out, &twice, sizeof(out));
 }
 

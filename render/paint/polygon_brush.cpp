@@ -89,8 +89,9 @@ AFTERGLOW_ALWAYS_INLINE void setEdges(const Corner* corners, float left, SmallEd
     Floats some, more;
     std::memcpy(&some, at, sizeof(some));
     std::memcpy(&more, at + kPixels / 2, sizeof(more));
-    x = __builtin_shufflevector(some, more, (2 * kLanes)...) - left;
-    y = __builtin_shufflevector(some, more, (2 * kLanes + 1)...);
+    shuffle<(2 * kLanes)...>(some, more, x);
+    shuffle<(2 * kLanes + 1)...>(some, more, y);
+    x -= left;
   };
   Floats to_x, to_y;
   read(corners, edges.x, edges.y);
@@ -278,8 +279,10 @@ AFTERGLOW_ALWAYS_INLINE bool PolygonBrush::paintSmall(
     for (int part = 0; part < parts; ++part) {
       const Floats& to = areas[row][part];
       const Floats from = part == 0 ? none : areas[row][part - 1];
-      const Floats shares = to - __builtin_shufflevector(from, to, (kPixels - 1 + kLanes)...);
-      paintPixels<kPixels>(shares, first + row, begin + kPixels * part, depth, band, lights, lanes);
+      Floats before;
+      shuffle<(kPixels - 1 + kLanes)...>(from, to, before);
+      paintPixels<kPixels>(to - before, first + row, begin + kPixels * part, depth, band, lights,
+                           lanes);
     }
   }
   return true;

@@ -2,6 +2,7 @@
 /// Innermost loops for more than one kind of processor.
 #pragma once
 
+#include <cstdint>
 #include <utility>
 
 /// Marks a function that is compiled for AVX2, too; which of the two runs is decided when the
@@ -43,6 +44,18 @@ AFTERGLOW_AVX2 auto withEightLanes(const Work& work) {
 template <typename Work>
 auto withLanes(bool are_eight, const Work& work) {
   return are_eight ? withEightLanes(work) : work(Lanes<4>{});
+}
+
+/// Takes lanes of `a` and, from its number of lanes on, of `b`; each has 32 bits. GCC before 12 has
+/// a way of its own alone.
+template <int... kLanes, typename Vector>
+AFTERGLOW_ALWAYS_INLINE void shuffle(const Vector& a, const Vector& b, Vector& out) {
+#if defined(__clang__) || __GNUC__ >= 12
+  out = __builtin_shufflevector(a, b, kLanes...);
+#else
+  typedef std::int32_t Numbers __attribute__((vector_size(sizeof(Vector))));
+  out = __builtin_shuffle(a, b, Numbers{kLanes...});
+#endif
 }
 
 }  // namespace afterglow::render
