@@ -95,7 +95,7 @@ class TableReader {
 
   std::string text(const YAML::Node& map, const std::string& key) const {
     const YAML::Node value = map[key];
-    if (!value.IsDefined() || !value.IsScalar() || value.Scalar().empty()) {
+    if (!value.IsDefined() || value.Scalar().empty()) {  // a list's is empty
       refuse(map, "'" + key + "' should be a text");
     }
     return value.Scalar();
@@ -123,7 +123,7 @@ class TableReader {
     if (!list.IsDefined()) return found;
     if (!list.IsSequence()) refuse(list, "'" + key + "' should be a list");
     for (const YAML::Node& entry : list) {
-      if (!entry.IsScalar() || entry.Scalar().empty()) {
+      if (entry.Scalar().empty()) {
         refuse(entry, "each of '" + key + "' should be a text");
       }
       found.push_back(entry.Scalar());

@@ -185,6 +185,16 @@ TEST_F(MediaSinkTest, keepsAFilesExtensionOnlyIfItIsOne) {
   }
 }
 
+TEST_F(MediaSinkTest, writesAFileAnewThatAFullDiskHadCutOff) {
+  record(rosChannel<SoundRequest>("/robotsound"), 100, rosBytes(playFile("/no/such/tone.wav")));
+  playWith({{"file:///no/such/tone.wav", "tone"}});
+  std::ofstream(said(0).arg) << "to";
+  playWith({{"file:///no/such/tone.wav", "tone"}});
+  EXPECT_EQ(test::fileBytes(said(0).arg), "tone");
+  playWith({{"file:///no/such/tone.wav", "tone"}});
+  EXPECT_EQ(test::fileBytes(said(0).arg), "tone");
+}
+
 TEST_F(MediaSinkTest, tellsAheadWhatIsSaidEachOnceAndSixtySentencesAtMost) {
   SoundRequest request = playFile("tone");
   record(rosChannel<SoundRequest>("/robotsound"), 100, rosBytes(request));

@@ -283,6 +283,16 @@ TEST(RecordedDriver, isNoMultiplexerThatHearsWhatTheBaseMakesOfIt) {
   EXPECT_EQ(robot.plan().playedTopics(), Texts{"/cmd_vel"}) << "/tree sends, and watches";
 }
 
+TEST(RecordedDriver, isAPersonsOfEveryTypeOfVelocity) {
+  for (const char* type :
+       {"geometry_msgs/Twist", "geometry_msgs/TwistStamped", "ackermann_msgs/AckermannDrive",
+        "ackermann_msgs/AckermannDriveStamped"}) {
+    Robot robot;
+    robot.add("/drive", type, {{"/teleop"}, {"/base"}});
+    EXPECT_EQ(classOf(robot.plan(), "/drive"), "control input") << type;
+  }
+}
+
 TEST(RecordedDriver, isToldWhereNobodyHeardIt) {
   Robot robot;
   robot.add("/cmd_vel", kTwist, {{"/planner"}, {}});

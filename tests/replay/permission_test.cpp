@@ -226,6 +226,16 @@ TEST(Permission, ofTheBaseThatAProfileNamesIsThatOfTheBodyWhereItIsRequestedToo)
   EXPECT_EQ(classOf(robot.plan(options), "/drive"), "other");
 }
 
+TEST(Permission, thatIsMissingIsSaidWithWhatIsShownWithoutIt) {
+  Robot robot;
+  robot.add("/cmd_vel", kTwist);
+  robot.add("/projection/markers", "visualization_msgs/MarkerArray");
+  robot.snapshot.requested = {"/cmd_vel", "/projection/markers"};
+  EXPECT_EQ(robot.plan({}).refusal(),
+            "motion is not allowed here (~allow_motion, --allow-motion), and this behavior moves "
+            "the robot by /cmd_vel; --only ar,speech shows /projection/markers");
+}
+
 // ---------------------------------------------------------------------- rules, and names that tell
 
 TEST(Permission, ofWhatNobodyKnowsIsThatOfTheBodyWithARuleThatStopsIt) {
@@ -243,6 +253,12 @@ TEST(Permission, ofWhatNobodyKnowsIsThatOfTheBodyWithARuleThatStopsIt) {
   EXPECT_EQ(classOf(plan, unknown), "body");
   EXPECT_EQ(classOf(plan, base), "other")
       << "its stop was known: it is left out for another reason";
+}
+
+TEST(Cancel, isOfATypeAndAName) {
+  EXPECT_TRUE(isCancel({"/arm/cancel", kGoalIdType, "", "", false, ""}));
+  EXPECT_FALSE(isCancel({"/arm/last_goal", kGoalIdType, "", "", false, ""}));
+  EXPECT_FALSE(isCancel({"/order/cancel", "std_msgs/Empty", "", "", false, ""}));
 }
 
 TEST(Permission, ofAControllerOfVelocitiesStaysThatOfTheBodyUnderAnyName) {

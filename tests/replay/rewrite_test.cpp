@@ -294,6 +294,20 @@ TEST_F(RewriteTest, followsRulesForTypesItDoesNotKnowWhereverTheyAreNested) {
   }
 }
 
+TEST(RewriteRules, renameFramesAloneAmongTexts) {
+  const Schema schema = Schema::parse(
+      "my_msgs/Said", test::withTypes("Header header\nstring text\nstring child_frame_id\n"
+                                      "string frame_id\n",
+                                      "std_msgs/Header", test::kHeader));
+  RewriteSettings settings;
+  settings.tf_prefix = "robot2";
+  std::vector<std::string> renamed;
+  for (const RewrittenField& field : rewriteRules(schema, settings)) {
+    if (field.rule == RewriteRule::RemapFrame) renamed.push_back(field.path);
+  }
+  EXPECT_EQ(renamed, (std::vector<std::string>{"header.frame_id", "child_frame_id"}));
+}
+
 TEST(RewriteRule, isKnownByItsWordAlone) {
   EXPECT_EQ(parseRule("shift"), RewriteRule::ShiftStamp);
   EXPECT_EQ(parseRule("now"), RewriteRule::PublishStamp);
