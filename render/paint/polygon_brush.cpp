@@ -228,9 +228,9 @@ void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outlin
 /// Goes over every edge in every row: a decision would be foreseen by nobody, and cost more than
 /// edges that do not reach the row. Areas left of pixels' right sides give shares by differences.
 template <int kPixels, int... kLanes>
-AFTERGLOW_ALWAYS_INLINE bool PolygonBrush::paintSmall(
-    const Corner* corners, std::size_t count, const Depth& depth, const Band& band, Light light,
-    std::integer_sequence<int, kLanes...> lanes) const {
+inline bool PolygonBrush::paintSmall(const Corner* corners, std::size_t count, const Depth& depth,
+                                     const Band& band, Light light,
+                                     std::integer_sequence<int, kLanes...> lanes) const {
   using Floats = typename PixelVectors<kPixels>::Depths;
   Corner least = corners[0], most = least;
   for (std::size_t i = 1; i < count; ++i) {
@@ -307,10 +307,10 @@ void PolygonBrush::paintRow(const float* shares, int row, int begin, int columns
 }
 
 template <int kPixels, int... kLanes>
-AFTERGLOW_ALWAYS_INLINE void PolygonBrush::paintPixels(
-    const typename PixelVectors<kPixels>::Depths& shares, int row, int column, const Depth& depth,
-    const Band& band, const typename PixelVectors<kPixels>::LightPair& lights,
-    std::integer_sequence<int, kLanes...> /*lanes*/) const {
+inline void PolygonBrush::paintPixels(const typename PixelVectors<kPixels>::Depths& shares, int row,
+                                      int column, const Depth& depth, const Band& band,
+                                      const typename PixelVectors<kPixels>::LightPair& lights,
+                                      std::integer_sequence<int, kLanes...> /*lanes*/) const {
   using Depths = typename PixelVectors<kPixels>::Depths;
   using Shares = typename PixelVectors<kPixels>::Shares;
   Depths covered = shares;

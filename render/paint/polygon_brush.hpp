@@ -77,15 +77,16 @@ class PolygonBrush {
   /// Paints a polygon a few pixels across; returns false if it is not, or reaches over the
   /// image's sides.
   template <int kPixels, int... kLanes>
-  bool paintSmall(const Corner* corners, std::size_t count, const Depth& depth, const Band& band,
-                  Light light, std::integer_sequence<int, kLanes...> lanes) const;
+  AFTERGLOW_INLINED bool paintSmall(const Corner* corners, std::size_t count, const Depth& depth,
+                                    const Band& band, Light light,
+                                    std::integer_sequence<int, kLanes...> lanes) const;
   void paintRow(const float* shares, int row, int begin, int columns, const Depth& depth,
                 const Band& band) const;
   template <int kPixels, int... kLanes>
-  void paintPixels(const typename PixelVectors<kPixels>::Depths& shares, int row, int column,
-                   const Depth& depth, const Band& band,
-                   const typename PixelVectors<kPixels>::LightPair& lights,
-                   std::integer_sequence<int, kLanes...> lanes) const;
+  AFTERGLOW_INLINED void paintPixels(const typename PixelVectors<kPixels>::Depths& shares, int row,
+                                     int column, const Depth& depth, const Band& band,
+                                     const typename PixelVectors<kPixels>::LightPair& lights,
+                                     std::integer_sequence<int, kLanes...> lanes) const;
 
   int width_;
   bool are_eight_;

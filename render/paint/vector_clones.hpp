@@ -18,7 +18,7 @@
 /// Marks what such a function calls with vectors, which each kind of processor would pass in
 /// another way.
 #define AFTERGLOW_ALWAYS_INLINE inline __attribute__((always_inline))
-/// The same of a lambda.
+/// The same of a lambda, or of a template, which has to say so where it is declared.
 #define AFTERGLOW_INLINED __attribute__((always_inline))
 
 namespace afterglow::render {
