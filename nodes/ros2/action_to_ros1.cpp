@@ -120,6 +120,7 @@ void ActionToRos1::addTopic(DdsParticipant& participant, const std::string& name
                     cdr = std::move(sample.cdr)](replay::Stamp now) { (relay_.*hear)(cdr, now); },
                    kDepth);
       }));
+  topics_.push_back(readers_.back().get());
 }
 
 replay::RequestId ActionToRos1::request(ActionService service, const replay::Bytes& cdr) {
@@ -129,23 +130,26 @@ replay::RequestId ActionToRos1::request(ActionService service, const replay::Byt
   return {ours.requests->guid().bytes, number};
 }
 
-bool ActionToRos1::isServed(const Service& service) const {
-  const auto is_server = [this](const DdsGuid& guid) {
-    return guid.isOfParticipant(options_.server);
-  };
-  const std::vector<DdsGuid> readers = service.requests->matched();
-  const std::vector<DdsGuid> writers = service.replies->matched();
-  return std::any_of(readers.begin(), readers.end(), is_server) &&
-         std::any_of(writers.begin(), writers.end(), is_server);
+bool ActionToRos1::isServers(const std::vector<DdsGuid>& matched) const {
+  return std::any_of(matched.begin(), matched.end(),
+                     [this](const DdsGuid& guid) { return guid.isOfParticipant(options_.server); });
+}
+
+bool ActionToRos1::isServed() const {
+  return std::all_of(services_.begin(), services_.end(),
+                     [this](const auto& named) {
+                       return isServers(named.second.requests->matched()) &&
+                              isServers(named.second.replies->matched());
+                     }) &&
+         std::all_of(topics_.begin(), topics_.end(),
+                     [this](const DdsReader* topic) { return isServers(topic->matched()); });
 }
 
 // ----------------------------------------------------------------------------------- to ROS 1
 
 bool ActionToRos1::begin() {
   if (ros1_.isSubscribed()) return true;
-  for (const auto& [name, service] : services_) {
-    if (!isServed(service)) return false;
-  }
+  if (!isServed()) return false;
   ros1_.post([this](replay::Stamp now) {
     ros1_.advertise(ActionTopic::Goal, type_.goal());
     ros1_.advertise(ActionTopic::Cancel, ActionOnRos1::cancel());

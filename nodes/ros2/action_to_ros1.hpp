@@ -54,7 +54,10 @@ class ActionToRos1 {
   void addTopic(DdsParticipant& participant, const std::string& name, const std::string& type,
                 const DdsQos& qos,
                 void (replay::ActionRelay::*hear)(const replay::Bytes& cdr, replay::Stamp now));
-  bool isServed(const Service& service) const;
+  bool isServers(const std::vector<DdsGuid>& matched) const;
+  /// Returns true once all of the server's services and topics are met: feedback that comes before
+  /// is lost.
+  bool isServed() const;
 
   const Options options_;
   const replay::ActionType type_;
@@ -63,6 +66,7 @@ class ActionToRos1 {
   std::atomic<int> cancels_{0};           ///< cancels that wait for their replies
   std::map<replay::ActionService, Service> services_;
   ActionOnRos1 ros1_;
+  std::vector<const DdsReader*> topics_;             ///< readers of feedback and status
   std::vector<std::unique_ptr<DdsReader>> readers_;  ///< last: they post to `ros1_`
 };
 
